@@ -1,0 +1,36 @@
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: help venv demo check test bench example clean
+
+help:  ## show the targets
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
+
+.venv/installed: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@touch $@
+
+venv: .venv/installed  ## make .venv with the package and the tools
+
+demo: venv  ## reconstruct the bundled scan to out/bracket.step
+	@mkdir -p out
+	$(BIN)/crispline reconstruct examples/bracket.ply -o out/bracket.step --summary out/bracket.json
+
+check: venv  ## style, types, import directions
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: check  ## the checks, then the tests
+	$(BIN)/pytest -n 2
+
+bench: venv  ## accuracy on the paper's model
+	$(BIN)/python benchmarks/box_cylinder.py
+
+example: venv  ## make the bundled scan anew
+	$(BIN)/crispline sample bracket --points 40000 --noise 0.01 --outliers 0.005 --seed 1 -o examples/bracket.ply
+
+clean:  ## remove everything that is made
+	rm -rf .venv out build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

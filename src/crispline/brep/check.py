@@ -1,0 +1,198 @@
+"""Whether a shape is a sound solid that follows the cloud it was made from.
+
+OCCT's own check passes solids with a face that spills far over its border, and
+tolerances of any size. So every face is also measured against the cloud, the
+cloud against the faces, and the tolerances against the spacing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from OCP.BRepCheck import (
+    BRepCheck_Analyzer,
+    BRepCheck_Face,
+    BRepCheck_Shell,
+    BRepCheck_Status,
+    BRepCheck_Wire,
+)
+from OCP.TopExp import TopExp
+from OCP.TopoDS import TopoDS_Edge
+from OCP.collections import IndexedDataMap_TopoDS_Shape_List_TopoDS_Shape_TopTools_ShapeMapHasher
+from OCP.BRep import BRep_Tool
+
+from crispline.brep import occt
+from crispline.brep.deviation import measure_deviation
+from crispline.brep.measure import tessellate, volume
+from crispline.brep.step import read_step
+from crispline.surface.base import Array
+
+STRAY = 3.0
+"""A face this far from the cloud, or a cloud this far from the model, is a failure, in spacings."""
+MAX_TOLERANCE = 3.0
+"""An edge or vertex with a larger tolerance hides a gap in the model, in spacings."""
+_DEFLECTION = 0.05
+"""Distance between a face and its triangles, in spacings."""
+
+
+@dataclass(frozen=True)
+class BadFace:
+    """A face that fails and why.
+
+    Attributes
+    ----------
+    index : the face, in exploration order, or as :class:`crispline.brep.compose.Solid` says.
+    reason : for example ``'BRepCheck_SelfIntersectingWire'`` or ``'13.2 spacings from the cloud'``.
+    """
+
+    index: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """What was found; lengths in the unit of the shape.
+
+    Attributes
+    ----------
+    is_valid : OCCT finds no fault in the shape.
+    is_closed : every edge borders two faces, and there is at least one solid.
+    n_solids, n_faces, n_edges, n_vertices : distinct subshapes; seams count as edges.
+    volume : enclosed volume, 0 for an open shape.
+    edge_tolerance, vertex_tolerance : the largest.
+    face_distances : per face, the largest distance from the cloud, in spacings, shape
+        ``(n_faces,)``; 0 where no cloud was given.
+    n_uncovered : cloud points that lie together and farther than ``STRAY`` from the model.
+    bad_faces : faces with a fault.
+    problems : faults of the shape as a whole.
+    """
+
+    is_valid: bool
+    is_closed: bool
+    n_solids: int
+    n_faces: int
+    n_edges: int
+    n_vertices: int
+    volume: float
+    edge_tolerance: float
+    vertex_tolerance: float
+    face_distances: Array
+    n_uncovered: int
+    bad_faces: tuple[BadFace, ...]
+    problems: tuple[str, ...]
+
+    @property
+    def is_good(self) -> bool:
+        """A valid closed solid, without a face or a stretch of cloud that strays."""
+        return self.is_valid and self.is_closed and not self.bad_faces and not self.problems
+
+
+def check_file(
+    path: str | PathLike[str], raw_points: Array | None = None, spacing: float = 1.0
+) -> Check:
+    """Read a STEP file back and check what is in it; see :func:`check_shape`."""
+    return check_shape(read_step(path), raw_points, spacing)
+
+
+def check_shape(shape: Any, raw_points: Array | None = None, spacing: float = 1.0) -> Check:
+    """Check a shape by itself and against the cloud it was made from.
+
+    Parameters
+    ----------
+    shape : any ``TopoDS_Shape``.
+    raw_points : the cloud in the unit of the shape, without outliers, shape ``(n, 3)``;
+        None to check the shape alone.
+    spacing : mean distance between neighbouring points of the cloud.
+    """
+    faces = occt.subshapes(shape, occt.FACE)
+    solids = occt.subshapes(shape, occt.SOLID)
+    edge_tolerance = occt.largest_tolerance(shape, occt.EDGE)
+    vertex_tolerance = occt.largest_tolerance(shape, occt.VERTEX)
+    analyser = BRepCheck_Analyzer(shape)
+    is_valid = bool(faces) and bool(analyser.IsValid())
+    is_closed = bool(solids) and _has_only_shared_edges(shape)
+    enclosed = volume(shape) if is_closed else 0.0
+
+    bad = [BadFace(i, reason) for i, face in enumerate(faces) for reason in _faults(analyser, face)]
+    problems = list(_shell_faults(shape))
+    if is_closed and enclosed <= 0.0:
+        problems.append(f"the enclosed volume is {enclosed:.3g}, so the solid is inside out")
+    for face_index, face in enumerate(faces):
+        tolerance = max(occt.largest_tolerance(face, kind) for kind in (occt.EDGE, occt.VERTEX))
+        if tolerance > MAX_TOLERANCE * spacing:
+            reason = f"its border misses the surface by {tolerance / spacing:.1f} spacings"
+            bad.append(BadFace(face_index, reason))
+
+    distances, n_uncovered = np.zeros(len(faces)), 0
+    mesh = tessellate(shape, _DEFLECTION * spacing)
+    meshed = np.bincount(mesh.faces, minlength=len(faces)) > 0
+    bad += [BadFace(int(i), "it cannot be triangulated") for i in np.flatnonzero(~meshed)]
+    if raw_points is not None and len(mesh.triangles):
+        deviation = measure_deviation(mesh, len(faces), raw_points, spacing, STRAY)
+        distances, n_uncovered = deviation.face_distances, int(deviation.n_uncovered.sum())
+        bad += [
+            BadFace(int(i), f"{distances[i]:.1f} spacings from the cloud")
+            for i in np.flatnonzero(distances > STRAY)
+        ]
+        bad += [
+            BadFace(int(i), f"{deviation.n_uncovered[i]} raw points beside it are uncovered")
+            for i in np.flatnonzero(deviation.n_uncovered)
+        ]
+    return Check(
+        is_valid,
+        is_closed,
+        len(solids),
+        len(faces),
+        len(occt.subshapes(shape, occt.EDGE)),
+        len(occt.subshapes(shape, occt.VERTEX)),
+        enclosed,
+        edge_tolerance,
+        vertex_tolerance,
+        distances,
+        n_uncovered,
+        tuple(sorted(bad, key=lambda fault: fault.index)),
+        tuple(problems),
+    )
+
+
+def _has_only_shared_edges(shape: Any) -> bool:
+    """Whether every edge is used twice; a seam twice by one face, a pole by none but its own."""
+    uses = IndexedDataMap_TopoDS_Shape_List_TopoDS_Shape_TopTools_ShapeMapHasher()
+    TopExp.MapShapesAndAncestors_s(shape, occt.EDGE, occt.FACE, uses)
+    return all(
+        uses.FindFromIndex(i).Size() == 2 or BRep_Tool.Degenerated_s(occt.as_edge(uses.FindKey(i)))
+        for i in range(1, uses.Size() + 1)
+    )
+
+
+def _faults(analyser: Any, face: Any) -> Iterator[str]:
+    """Names of what OCCT finds wrong with a face."""
+    if analyser.IsValid(face):
+        return
+    names = []
+    for wire in occt.subshapes(face, occt.WIRE):
+        checker = BRepCheck_Wire(wire)
+        first, second = TopoDS_Edge(), TopoDS_Edge()
+        names += [
+            checker.SelfIntersect(face, first, second),
+            checker.Closed(),
+            checker.Orientation(face),
+        ]
+    checker = BRepCheck_Face(face)
+    names += [checker.IntersectWires(), checker.ClassifyWires(), checker.OrientationOfWires()]
+    faults = [status.name for status in names if status != BRepCheck_Status.BRepCheck_NoError]
+    if any(not analyser.IsValid(edge) for edge in occt.subshapes(face, occt.EDGE)):
+        faults.append("BRepCheck_InvalidCurveOnSurface")
+    yield from dict.fromkeys(faults or ["BRepCheck_CheckFail"])
+
+
+def _shell_faults(shape: Any) -> Iterator[str]:
+    for shell in occt.subshapes(shape, occt.SHELL):
+        checker = BRepCheck_Shell(shell)
+        for status in (checker.Closed(), checker.Orientation()):
+            if status != BRepCheck_Status.BRepCheck_NoError:
+                yield status.name

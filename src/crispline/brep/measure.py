@@ -1,0 +1,96 @@
+"""Areas, volume and triangles of a shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from OCP.BRep import BRep_Tool
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.BRepTools import BRepTools
+from OCP.GProp import GProp_GProps
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopLoc import TopLoc_Location
+
+from crispline.brep import occt
+from crispline.surface.base import Array
+
+
+@dataclass(frozen=True)
+class Tessellation:
+    """Triangles of a shape, anticlockwise seen from outside.
+
+    Attributes
+    ----------
+    vertices : shape ``(n, 3)``; faces do not share vertices.
+    triangles : indices into ``vertices``, shape ``(m, 3)``.
+    faces : index of each triangle's face in exploration order, shape ``(m,)``.
+    """
+
+    vertices: Array
+    triangles: NDArray[np.int64]
+    faces: NDArray[np.int64]
+
+    def areas(self) -> Array:
+        """Area of each triangle, shape ``(m,)``."""
+        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
+        return 0.5 * np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
+
+
+def tessellate(shape: object, deflection: float, angle: float = 0.3) -> Tessellation:
+    """Triangulate every face of a shape.
+
+    Parameters
+    ----------
+    shape : any ``TopoDS_Shape``. Its stored triangulation, if any, is replaced.
+    deflection : largest distance between a face and its triangles (length unit).
+    angle : largest angle between neighbouring triangles on a bend, radians.
+
+    Returns
+    -------
+    Tessellation
+        A face that OCCT cannot triangulate has no triangles.
+    """
+    BRepTools.Clean_s(shape)
+    BRepMesh_IncrementalMesh(shape, deflection, False, angle, False)
+    vertices: list[Array] = []
+    triangles: list[NDArray[np.int64]] = []
+    faces: list[NDArray[np.int64]] = []
+    n_vertices = 0
+    for index, face in enumerate(occt.subshapes(shape, occt.FACE)):
+        mesh = BRep_Tool.Triangulation_s(face, TopLoc_Location())
+        if mesh is None:
+            continue
+        nodes = (mesh.Node(i) for i in range(1, mesh.NbNodes() + 1))
+        corners = np.array([(node.X(), node.Y(), node.Z()) for node in nodes])
+        cells = (mesh.Triangle(i) for i in range(1, mesh.NbTriangles() + 1))
+        local = np.array([[cell.Value(j) for j in (1, 2, 3)] for cell in cells], dtype=np.int64)
+        if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+            local = local[:, ::-1]
+        vertices.append(corners)
+        triangles.append(local - 1 + n_vertices)
+        faces.append(np.full(len(local), index, dtype=np.int64))
+        n_vertices += len(corners)
+    if not triangles:
+        return Tessellation(np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0, np.int64))
+    return Tessellation(np.vstack(vertices), np.vstack(triangles), np.concatenate(faces))
+
+
+def face_areas(shape: object) -> Array:
+    """Area of each face in exploration order, shape ``(n_faces,)``."""
+    return np.array([_area(face) for face in occt.subshapes(shape, occt.FACE)])
+
+
+def volume(shape: object) -> float:
+    """Enclosed volume; negative if the faces look inwards, meaningless for an open shell."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, 1e-9)
+    return float(properties.Mass())
+
+
+def _area(face: object) -> float:
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, properties, 1e-9)
+    return float(properties.Mass())

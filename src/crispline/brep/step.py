@@ -1,0 +1,112 @@
+"""STEP files: one shape, in millimetres, the same bytes for the same shape."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.Interface import Interface_Static
+from OCP.Message import Message, Message_Gravity
+from OCP.STEPControl import (
+    STEPControl_Controller,
+    STEPControl_Reader,
+    STEPControl_StepModelType,
+    STEPControl_Writer,
+)
+from OCP.TCollection import TCollection_HAsciiString
+
+from crispline.errors import InputError, ReconstructionError
+
+_NAME = "crispline"
+_TIME_STAMP = "1970-01-01T00:00:00"
+
+
+def write_step(shape: Any, path: str | PathLike[str]) -> None:
+    """Write a shape as a STEP file (AP214, millimetres).
+
+    The file appears whole or not at all. Curves in the parameter planes are left
+    out, as readers make better ones themselves; if OCCT then reads an invalid
+    shape back, they are written.
+
+    Raises
+    ------
+    ReconstructionError
+        If OCCT cannot write the shape.
+    OSError
+        If the file cannot be written.
+    """
+    content = step_bytes(shape, has_pcurves=False)
+    if BRepCheck_Analyzer(shape).IsValid() and not _reads_back(content):
+        with_pcurves = step_bytes(shape, has_pcurves=True)
+        content = with_pcurves if _reads_back(with_pcurves) else content
+    target = Path(path)
+    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.replace(temporary, target)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def step_bytes(shape: Any, has_pcurves: bool) -> bytes:
+    """The content of a STEP file; equal for equal shapes, whenever it is made."""
+    _quieten()
+    Interface_Static.SetIVal_s("write.surfacecurve.mode", int(has_pcurves))
+    Interface_Static.SetCVal_s("write.step.unit", "MM")
+    Interface_Static.SetCVal_s("write.step.product.name", _NAME)
+    writer = STEPControl_Writer()
+    status = writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+    if status != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise ReconstructionError("the STEP writer cannot translate the model")
+    header = APIHeaderSection_MakeHeader(writer.Model())
+    header.SetName(TCollection_HAsciiString(_NAME))
+    header.SetTimeStamp(TCollection_HAsciiString(_TIME_STAMP))
+    stream = io.BytesIO()
+    if writer.WriteStream(stream) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise ReconstructionError("the STEP writer cannot write the model")
+    return stream.getvalue()
+
+
+def read_step(path: str | PathLike[str]) -> Any:
+    """The shape in a STEP file, lengths in millimetres.
+
+    Raises
+    ------
+    InputError
+        If the file is not a STEP file with a shape in it.
+    """
+    shape = _read(Path(path).read_bytes())
+    if shape is None:
+        raise InputError(f"{path}: expected a STEP file with a shape, found none that can be read")
+    return shape
+
+
+def _reads_back(content: bytes) -> bool:
+    shape = _read(content)
+    return shape is not None and bool(BRepCheck_Analyzer(shape).IsValid())
+
+
+def _read(content: bytes) -> Any:
+    _quieten()
+    Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
+    reader = STEPControl_Reader()
+    status = reader.ReadStream(_NAME, io.BytesIO(content))
+    if status != IFSelect_ReturnStatus.IFSelect_RetDone or not reader.TransferRoots():
+        return None
+    return reader.OneShape()
+
+
+def _quieten() -> None:
+    """Load the STEP module, and keep OCCT from printing its progress."""
+    STEPControl_Controller.Init_s()
+    for printer in Message.DefaultMessenger_s().Printers():
+        printer.SetTraceLevel(Message_Gravity.Message_Fail)

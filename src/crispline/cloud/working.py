@@ -1,0 +1,175 @@
+"""The cloud as the method sees it: spacing 1, centred, along its principal axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from crispline.errors import InputError
+from crispline.options import CloudOptions
+from crispline.surface.base import Array, Similarity
+
+N_NEIGHBOURS = 24
+"""Neighbours per point, itself included, that every local estimate draws from."""
+
+# Coordinates in the working frame are rounded to this grid, so that a part in
+# metres and the same part in micrometres become the same numbers, bit by bit.
+_ROUNDING = 2.0**-24
+
+
+@dataclass(frozen=True)
+class WorkingCloud:
+    """A clean cloud in the working frame, where the point spacing is 1.
+
+    Attributes
+    ----------
+    points : shape ``(n, 3)``, spacings.
+    neighbours : indices of the 24 nearest points, nearest (itself) first, shape ``(n, 24)``.
+    distances : their distances, shape ``(n, 24)``, spacings.
+    sigma : noise along the normal, spacings.
+    to_user : the map from the working frame back to the user's units.
+    n_duplicates, n_outliers : points removed.
+    """
+
+    points: Array
+    neighbours: NDArray[np.int64]
+    distances: Array
+    sigma: float
+    to_user: Similarity
+    n_duplicates: int
+    n_outliers: int
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """Search tree over the points."""
+        return cKDTree(self.points)
+
+    @property
+    def spacing(self) -> float:
+        """Point spacing in the user's unit."""
+        return self.to_user.scale
+
+
+def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> WorkingCloud:
+    """Clean a cloud and bring it to the working frame.
+
+    Duplicates and outliers (mean distance to the 8 nearest neighbours over
+    ``options.outlier_factor`` times the median) are removed.
+
+    Parameters
+    ----------
+    points : shape ``(n, 3)``, finite, any unit.
+    threads : threads for neighbour queries; the result does not depend on it.
+
+    Raises
+    ------
+    InputError
+        If there are fewer points than one patch needs, or they all coincide,
+        lie on a line or lie in a plane.
+    """
+    n_given = len(points)
+    _refuse_too_few(n_given)
+    origin = np.median(points, axis=0)
+    centred = points - origin
+    _, first = np.unique(centred, axis=0, return_index=True)
+    centred = centred[np.sort(first)]
+    n_duplicates = n_given - len(centred)
+    _refuse_degenerate(centred)
+
+    distances, _ = cKDTree(centred).query(centred, k=9, workers=threads)
+    crowding = distances[:, 1:].mean(axis=1)
+    inliers = crowding <= options.outlier_factor * np.median(crowding)
+    centred = centred[inliers]
+    _refuse_degenerate(centred)
+
+    middle, rotation = _principal_frame(centred)
+    aligned = (centred - middle) @ rotation.T
+    distances, neighbours = cKDTree(aligned).query(aligned, k=N_NEIGHBOURS, workers=threads)
+    spacing = point_spacing(distances)
+    working = np.round(aligned / spacing / _ROUNDING) * _ROUNDING
+    to_user = Similarity(spacing, rotation.T, origin + middle)
+    return WorkingCloud(
+        points=working,
+        neighbours=neighbours,
+        distances=distances / spacing,
+        sigma=local_noise(working, neighbours),
+        to_user=to_user,
+        n_duplicates=n_duplicates,
+        n_outliers=int((~inliers).sum()),
+    )
+
+
+def point_spacing(distances: Array) -> float:
+    """Mean distance between neighbouring points of a surface sampling.
+
+    A disc that holds ``k`` points of a surface with spacing ``s`` has area
+    ``k s^2``, so ``s = d_k sqrt(pi / k)``; the median over the points is taken
+    for ``k = 8 ... 16`` and averaged, which regular grids need.
+
+    Parameters
+    ----------
+    distances : sorted neighbour distances, the point itself first, shape ``(n, >= 17)``.
+    """
+    k = np.arange(8, 17)
+    return float(np.mean(np.median(distances[:, 8:17], axis=0) * np.sqrt(np.pi / k)))
+
+
+def local_noise(points: Array, neighbours: NDArray[np.int64], n_samples: int = 3000) -> float:
+    """Noise along the normal: median residual of quadrics through 24 neighbours.
+
+    The same unit as ``points``. Curved and creased neighbourhoods are outvoted
+    by the median as long as most of the surface is smooth.
+    """
+    sample = np.unique(np.linspace(0, len(points) - 1, n_samples).astype(np.int64))
+    local = points[neighbours[sample]]
+    local = local - local.mean(axis=1, keepdims=True)
+    _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", local, local))
+    z, y, x = np.moveaxis(np.einsum("nki,nij->nkj", local, axes), 2, 0)
+    design = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
+    q, _ = np.linalg.qr(design)
+    residual = z - np.einsum("nkc,nc->nk", q, np.einsum("nkc,nk->nc", q, z))
+    freedom = neighbours.shape[1] - 6
+    # The median of a chi-square with f degrees of freedom is f (1 - 2/(9 f))^3.
+    median_factor = (1.0 - 2.0 / (9.0 * freedom)) ** 3
+    return float(np.sqrt(np.median((residual**2).sum(axis=1)) / (freedom * median_factor)))
+
+
+def _principal_frame(points: Array) -> tuple[Array, Array]:
+    """Mean and principal axes (rows, right-handed, signs fixed by the skewness)."""
+    middle = points.mean(axis=0)
+    offset = points - middle
+    _, axes = np.linalg.eigh(offset.T @ offset)
+    rotation = axes.T[::-1].copy()
+    skewness = ((offset @ rotation.T) ** 3).sum(axis=0)
+    rotation[skewness < 0.0] *= -1.0
+    rotation[2] = np.cross(rotation[0], rotation[1])
+    return middle, rotation
+
+
+def _refuse_too_few(n_points: int) -> None:
+    if n_points < N_NEIGHBOURS:
+        raise InputError(
+            f"a reconstruction needs at least {N_NEIGHBOURS} points, the cloud has {n_points}; "
+            "scan more densely or check that the right file was given"
+        )
+
+
+def _refuse_degenerate(centred: Array) -> None:
+    """Refuse clouds that span no volume; ``centred`` holds distinct points."""
+    if len(centred) == 1:
+        raise InputError(
+            "a reconstruction needs points on a surface, all points of the cloud are equal; "
+            "check the columns of the file"
+        )
+    _refuse_too_few(len(centred))
+    extents = np.linalg.svd(centred - centred.mean(axis=0), compute_uv=False)
+    for flat, what in ((extents[1], "on one line"), (extents[2], "in one plane")):
+        if flat <= 1e-6 * extents[0]:
+            raise InputError(
+                f"a reconstruction needs points around a part, all points of the cloud lie {what}; "
+                "check the columns of the file, or scan the part from more sides"
+            )

@@ -1,0 +1,72 @@
+"""Output files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from crispline.errors import InputError
+
+
+def check_output(path: Path, suffixes: Collection[str]) -> None:
+    """Refuse an output path that cannot be written, before any work is done.
+
+    Parameters
+    ----------
+    path : file to be written; it may exist already and is then replaced.
+    suffixes : allowed suffixes, lower case and with the dot.
+
+    Raises
+    ------
+    InputError
+        Unknown suffix, missing or read-only folder, or the path is a folder.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise InputError(
+            f"cannot write '{path}': expected a name that ends in {' or '.join(suffixes)}, "
+            f"got '{path.suffix or path.name}'"
+        )
+    if path.is_dir():
+        raise InputError(f"cannot write '{path}': it is a folder; give a file name inside it")
+    if not path.parent.is_dir():
+        raise InputError(
+            f"cannot write '{path}': the folder '{path.parent}' does not exist; make it first"
+        )
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise InputError(
+            f"cannot write '{path}': the folder '{path.parent}' is read-only; choose another"
+        )
+
+
+@contextmanager
+def atomic_path(path: Path) -> Iterator[Path]:
+    """Yield a path of the same name to write to; it replaces ``path`` if the block succeeds.
+
+    The file is written in a temporary folder beside ``path``, so the final
+    rename stays on one file system. If the block raises (Ctrl-C included),
+    ``path`` keeps its old content, or its absence.
+
+    Raises
+    ------
+    InputError
+        The system refused to write, for example because the disk is full.
+    """
+    path = path.resolve()  # a link is followed, not replaced
+    try:
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".crispline-") as folder:
+            draft = Path(folder) / path.name
+            yield draft
+            draft.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"cannot write '{path}': {error.strerror or error}; free space or choose another place"
+        ) from error
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file (UTF-8) whole or not at all. Raises `InputError` if it cannot."""
+    with atomic_path(path) as draft:
+        draft.write_text(text, encoding="utf-8")

@@ -1,0 +1,226 @@
+"""Which kind of surface a region is: the simplest that leaves nothing but noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from crispline.fit.bspline import fit_bspline_surface
+from crispline.fit.cone import fit_cone
+from crispline.fit.cylinder import fit_cylinder
+from crispline.fit.plane import fit_plane
+from crispline.fit.residual import judge, residual_limit, rms, rms_limit
+from crispline.fit.robust import thinned
+from crispline.fit.sphere import fit_sphere
+from crispline.fit.torus import fit_torus
+from crispline.options import FitOptions
+from crispline.surface import Surface
+from crispline.surface.base import Array
+
+KINDS = ("plane", "cylinder", "sphere", "cone", "torus", "bspline")
+"""Every kind of surface, in order of preference where several explain the same points."""
+MIN_FREE_FORM_POINTS = 25
+
+_N_CANDIDATE_POINTS = 500
+_CLIP = 4.0
+_CANDIDATE_SLACK = 1.1
+
+
+_COMPLEXITY = {"cylinder": 5, "sphere": 6, "cone": 6, "torus": 7}
+"""Parameters charged for a shape. A sphere has four, but on a narrow band it fits as well
+as the far commoner cylinder and cone, so it needs as much evidence as a cone."""
+
+
+class PrimitiveFit(Protocol):
+    """The signature shared by all primitive fits."""
+
+    def __call__(self, points: Array, normals: Array, sigma: float, /) -> Surface | None: ...
+
+
+PRIMITIVE_FITS: dict[str, PrimitiveFit] = {
+    "plane": fit_plane,
+    "cylinder": fit_cylinder,
+    "sphere": fit_sphere,
+    "cone": fit_cone,
+    "torus": fit_torus,
+}
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A surface and how well it explains its points.
+
+    Attributes
+    ----------
+    surface : the surface.
+    rms, drift : of the residuals, spacings; see :class:`crispline.fit.residual.ResidualTest`.
+    is_accepted : whether the residuals are what noise explains.
+    n_points : number of points that were fitted and tested.
+    """
+
+    surface: Surface
+    rms: float
+    drift: float
+    is_accepted: bool
+    n_points: int
+
+
+def choose_surface(
+    points: Array,
+    normals: Array,
+    sigma: float,
+    options: FitOptions,
+    kinds: Sequence[str] = KINDS,
+    border_distance: Array | None = None,
+) -> Fit:
+    """Fit a region with the kind of surface that describes it best.
+
+    A plane if it passes the residual test. Otherwise the primitive of least
+    robust chi-square plus ``2 k log n`` (a description length; ``k`` free
+    parameters) that passes. Otherwise a B-spline.
+
+    Parameters
+    ----------
+    points : shape ``(n, 3)``, spacings; at least three, not on one line.
+    normals : oriented unit normals, shape ``(n, 3)``.
+    sigma : noise along the normal, spacings.
+    options : thresholds. More than ``options.max_points`` points are thinned.
+    kinds : the kinds to consider, of :data:`KINDS`.
+    border_distance : distance of each point from the region's border, shape
+        ``(n,)``, spacings; only B-splines use it.
+
+    Returns
+    -------
+    The fit. If nothing passes: the B-spline of least drift where the region is
+    a height field of at least 25 points, else the primitive of least residual;
+    ``is_accepted`` is then False.
+
+    Raises
+    ------
+    ValueError
+        If no surface of the wanted kinds can be fitted at all.
+    """
+    sigma = max(sigma, options.sigma_floor)
+    kept = thinned(len(points), options.max_points)
+    points, normals = points[kept], normals[kept]
+    if "plane" in kinds and (plane := fit_plane(points, normals, sigma)) is not None:
+        flat = tested(plane, points, sigma, options)
+        if flat.is_accepted:
+            return flat
+        rejected = [flat]
+    else:
+        rejected = []
+    for kind in _ranked_kinds(points, normals, sigma, options, kinds):
+        surface = PRIMITIVE_FITS[kind](points, normals, sigma)
+        if surface is None:
+            continue
+        fit = tested(surface, points, sigma, options)
+        if fit.is_accepted:
+            return fit
+        rejected.append(fit)
+    if "bspline" in kinds and len(points) >= MIN_FREE_FORM_POINTS:
+        distance = None if border_distance is None else border_distance[kept]
+        free = fit_bspline_surface(points, normals, sigma, options, border_distance=distance)
+        if free is not None:
+            return tested(free, points, sigma, options)
+    if not rejected:
+        raise ValueError(f"none of {', '.join(kinds)} fits {len(points)} points")
+    return min(rejected, key=lambda fit: fit.rms)
+
+
+def tested(surface: Surface, points: Array, sigma: float, options: FitOptions) -> Fit:
+    """The surface with the test of its residuals at ``points`` ``(n, 3)``."""
+    result = judge(points, surface.signed_distance(points), sigma, options)
+    return Fit(surface, result.rms, result.drift, result.is_accepted, len(points))
+
+
+def explains(
+    surface: Surface, points: Array, normals: Array, sigma: float, options: FitOptions
+) -> bool:
+    """Whether the surface leaves nothing but noise at the points and faces the same way.
+
+    Parameters
+    ----------
+    points, normals : shape ``(n, 3)``; the points must also pass the residual
+        test and three quarters of the normals lie within 30 degrees of the
+        surface's (on either side of it, but all on the same).
+    """
+    sigma = max(sigma, options.sigma_floor)
+    kept = thinned(len(points), options.max_points)
+    points, normals = points[kept], normals[kept]
+    feet, surface_normals = surface.project(points)
+    cosines = np.einsum("ij,ij->i", normals, surface_normals)
+    side = 1.0 if cosines.sum() >= 0.0 else -1.0
+    if np.quantile(side * cosines, 0.25) < np.cos(np.radians(30.0)):
+        return False
+    residuals = np.einsum("ij,ij->i", points - feet, surface_normals)
+    return judge(points, residuals, sigma, options).is_accepted
+
+
+def fit_jointly(
+    kinds: Sequence[str],
+    parts: Sequence[tuple[Array, Array]],
+    sigma: float,
+    options: FitOptions,
+) -> Surface | None:
+    """The simplest primitive that explains every one of several regions.
+
+    Parameters
+    ----------
+    kinds : the kinds to try, in this order; B-splines are not tried.
+    parts : points and normals ``(n, 3)`` of each region.
+    sigma : noise along the normal, spacings.
+
+    Returns
+    -------
+    The surface fitted to all regions together, if in each region alone the rms
+    residual is below ``accept_rms sigma + 3 tolerance`` and the mean residual
+    below ``0.4 sigma + tolerance``; else None.
+    """
+    sigma = max(sigma, options.sigma_floor)
+    n_each = max(options.max_points // max(len(parts), 1), 1)
+    subsets = [thinned(len(points), n_each) for points, _ in parts]
+    points = np.concatenate([p[kept] for (p, _), kept in zip(parts, subsets, strict=True)])
+    normals = np.concatenate([n[kept] for (_, n), kept in zip(parts, subsets, strict=True)])
+    for kind in kinds:
+        if kind not in PRIMITIVE_FITS:
+            continue
+        surface = PRIMITIVE_FITS[kind](points, normals, sigma)
+        if surface is not None and all(
+            _explains_part(surface, part, sigma, options) for part, _ in parts
+        ):
+            return surface
+    return None
+
+
+def _explains_part(surface: Surface, points: Array, sigma: float, options: FitOptions) -> bool:
+    limit = residual_limit(sigma, options)
+    residuals = np.clip(surface.signed_distance(points), -limit, limit)
+    return (
+        rms(residuals) < rms_limit(sigma, options) + options.tolerance
+        and abs(float(residuals.mean())) < 0.4 * sigma + options.tolerance
+    )
+
+
+def _ranked_kinds(
+    points: Array, normals: Array, sigma: float, options: FitOptions, kinds: Sequence[str]
+) -> list[str]:
+    """Curved primitives that nearly pass on a subset, by robust description length."""
+    kept = thinned(len(points), _N_CANDIDATE_POINTS)
+    limit = _CANDIDATE_SLACK * rms_limit(sigma, options)
+    cut = residual_limit(sigma, options)
+    scores: dict[str, float] = {}
+    for kind in kinds:
+        if kind not in PRIMITIVE_FITS or kind == "plane":
+            continue
+        surface = PRIMITIVE_FITS[kind](points[kept], normals[kept], sigma)
+        if surface is None:
+            continue
+        residuals = surface.signed_distance(points[kept])
+        if rms(np.clip(residuals, -cut, cut)) < limit:
+            chi_square = float(np.sum(np.minimum(np.square(residuals / sigma), _CLIP**2)))
+            scores[kind] = chi_square + 2.0 * _COMPLEXITY[kind] * float(np.log(len(points)))
+    return sorted(scores, key=scores.__getitem__)

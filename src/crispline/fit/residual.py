@@ -1,0 +1,83 @@
+"""Residuals of a fit and the test whether they are noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from crispline.fit.robust import thinned
+from crispline.options import FitOptions
+from crispline.surface.base import Array
+
+N_NEIGHBOURS = 30
+"""Residuals averaged for the drift; also in the meaning of ``FitOptions.accept_drift``."""
+_N_PROBES = 1000
+
+
+@dataclass(frozen=True)
+class ResidualTest:
+    """Size and drift of residuals against the noise.
+
+    Attributes
+    ----------
+    rms : root mean square, spacings, of residuals clipped as :func:`clipped` does.
+    drift : rms of their averages over 30 neighbours, spacings; noise averages
+        out, a wrong shape does not.
+    is_accepted : whether both are what noise explains.
+    """
+
+    rms: float
+    drift: float
+    is_accepted: bool
+
+
+def residual_limit(sigma: float, options: FitOptions) -> float:
+    """Largest residual of a point that belongs to the surface, spacings."""
+    return 4.0 * sigma + 3.0 * options.tolerance
+
+
+def clipped(residuals: Array, sigma: float, options: FitOptions) -> Array:
+    """Residuals limited to what still counts, so that a few foreign points do not decide."""
+    limit = residual_limit(sigma, options)
+    return np.clip(residuals, -limit, limit)
+
+
+def rms(residuals: Array) -> float:
+    """Root mean square; 0 for none."""
+    return float(np.sqrt(np.mean(np.square(residuals)))) if residuals.size else 0.0
+
+
+def drift(points: Array, residuals: Array) -> float:
+    """Root mean square of the residuals' averages over 30 neighbours.
+
+    Evaluated at no more than 1000 of the points, chosen reproducibly.
+    """
+    if not len(points):
+        return 0.0
+    n_neighbours = min(N_NEIGHBOURS, len(points))
+    probes = points[thinned(len(points), _N_PROBES)]
+    _, neighbours = cKDTree(points).query(probes, n_neighbours)
+    return rms(residuals[neighbours.reshape(len(probes), -1)].mean(axis=1))
+
+
+def rms_limit(sigma: float, options: FitOptions) -> float:
+    """Largest rms residual that noise explains, spacings."""
+    return options.accept_rms * sigma + 2.0 * options.tolerance
+
+
+def drift_limit(n_points: int, sigma: float, options: FitOptions) -> float:
+    """Largest drift that noise explains, spacings."""
+    averaged = np.sqrt(min(N_NEIGHBOURS, max(n_points, 1)))
+    return float(options.accept_drift * sigma / averaged + options.tolerance)
+
+
+def judge(points: Array, residuals: Array, sigma: float, options: FitOptions) -> ResidualTest:
+    """Test residuals ``(n,)`` of points ``(n, 3)`` against the noise ``sigma`` (spacings)."""
+    within = clipped(residuals, sigma, options)
+    size, trend = rms(within), drift(points, within)
+    is_accepted = size < rms_limit(sigma, options) and trend < drift_limit(
+        len(points), sigma, options
+    )
+    return ResidualTest(size, trend, is_accepted)

@@ -1,0 +1,116 @@
+"""Every setting of the program, with its unit and default.
+
+Lengths are in point spacings, noise in sigmas, angles in degrees. Nothing here
+depends on the unit or the size of a model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class CloudOptions:
+    """Points in."""
+
+    outlier_factor: float = 2.0
+    """A point is an outlier if its mean distance to 8 neighbours is this many times the median."""
+
+
+@dataclass(frozen=True)
+class NetOptions:
+    """Quad net over the cloud."""
+
+    normal_neighbours: tuple[int, ...] = (18, 24, 14)
+    """Neighbourhood sizes tried for the normals, in this order."""
+    good_spread: float = 0.2
+    """Spread of the indicator at the points that ends the search for an orientation."""
+    edge_length: float = 1.0
+    """Edge length of the quads, in spacings."""
+    projection_steps: tuple[int, int] = (3, 4)
+    """Projection steps onto the cloud before and after quad meshing."""
+
+
+@dataclass(frozen=True)
+class DetectOptions:
+    """Flat, curved and sharp patches."""
+
+    curved_floor: float = 0.05
+    """Smallest curvature threshold, in 1/edge length of the net."""
+    curved_sigmas: float = 1.0
+    """Curvature threshold per noise sigma over edge length, in 1/edge length."""
+    rings: int = 3
+    """How many rings of patches around a curved patch are searched for flat ones."""
+    spread_deg: float = 20.0
+    """A curved patch is sharp if flat patches around it face directions this far apart."""
+
+
+@dataclass(frozen=True)
+class RegionOptions:
+    """Patches to regions."""
+
+    cut_deg: float = 10.0
+    """Neighbouring patches whose normals differ by more than this are cut apart."""
+    peak_floor: float = 1.5
+    """Basins join if the lower peak rises less than this above the pass, in edge lengths ..."""
+    peak_share: float = 0.5
+    """... or less than this share of its own height."""
+    min_patches: int = 12
+    """Smaller basins are given to their neighbours."""
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """Regions to surfaces."""
+
+    sigma_floor: float = 0.05
+    """Smallest noise assumed, in spacings; keeps noise-free clouds from over-splitting."""
+    border_margin: float = 0.8
+    """Raw points closer than this to a region border do not enter a fit, in spacings."""
+    max_points: int = 5000
+    """Raw points per fit; larger regions are thinned evenly."""
+    accept_rms: float = 1.25
+    """A surface explains a region if its rms residual is below this many sigmas."""
+    accept_drift: float = 1.8
+    """... and its 30-neighbour mean residual is below this many sigma / sqrt(30)."""
+    tolerance: float = 0.02
+    """Slack added to both acceptance tests, in spacings."""
+
+
+@dataclass(frozen=True)
+class LocateOptions:
+    """Corners and creases on the fitted surfaces."""
+
+    smooth_angle_deg: float = 12.0
+    """A border whose two surfaces meet at less than this is tangent, not sharp."""
+    corner_gap: float = 0.3
+    """Largest distance of a corner to its surfaces, in spacings."""
+    corner_cloud_distance: float = 1.6
+    """Largest distance of a corner from the cloud, in spacings."""
+    corner_move: float = 3.0
+    """Largest distance of a corner from its net vertex, in spacings ..."""
+    corner_move_exact: float = 15.0
+    """... and when the corner is exact and well conditioned."""
+    crease_cloud_distance: float = 2.2
+    """Largest distance of any point of a crease from the cloud, in spacings."""
+    curve_tolerance: float = 1e-5
+    """Interpolated crease curves agree with both surfaces within this, in spacings."""
+    collapse_length: float = 6.0
+    """Chains shorter than this may collapse to a corner, in spacings ..."""
+    collapse_distance: float = 0.35
+    """... when their two corners are located this close to each other."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """All options of :func:`crispline.reconstruct`."""
+
+    seed: int = 0
+    threads: int = 0
+    """Threads for neighbour queries and transforms; 0 means all cores. Never changes the result."""
+    cloud: CloudOptions = field(default_factory=CloudOptions)
+    net: NetOptions = field(default_factory=NetOptions)
+    detect: DetectOptions = field(default_factory=DetectOptions)
+    region: RegionOptions = field(default_factory=RegionOptions)
+    fit: FitOptions = field(default_factory=FitOptions)
+    locate: LocateOptions = field(default_factory=LocateOptions)

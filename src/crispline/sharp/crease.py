@@ -1,0 +1,210 @@
+"""One border of two regions as a curve on both their surfaces.
+
+A border is sharp or smooth. A sharp one is the intersection of its surfaces. A
+smooth one lies where the surfaces have the same normal, or, if they still cross
+cleanly, on the intersection too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from crispline.curve import Curve, interpolated, line_through, resampled
+from crispline.options import LocateOptions
+from crispline.region.regionfit import RegionFit
+from crispline.sharp.contact import Branch, Contact
+from crispline.sharp.intersect import Constraint, angles, distance, intersect
+from crispline.sharp.refine import curve_along
+from crispline.sharp.trace import MAX_MOVE, Guide, forward, is_sane, traced
+from crispline.surface import Surface
+from crispline.surface.base import Array
+
+N_SAMPLES = 200
+"""Points per curve at which its distance to the surfaces is measured."""
+MIN_CROSSING_DEG = 5.0
+"""Surfaces that meet at less than this touch rather than cross."""
+
+_MAX_GAP = 1e-3
+_EXACT = 1e-9
+_MAX_BRANCH_SPREAD = 0.3
+
+
+@dataclass(frozen=True)
+class Border:
+    """What the curve between two regions lies on.
+
+    Attributes
+    ----------
+    guide : where the border runs.
+    surfaces : of the region on the left and, unless the net ends there, on the right.
+    orientations : whether their normals point out of the part, see :class:`RegionFit`.
+    constraints : the surfaces and, for a border at which they touch, their contact.
+    """
+
+    guide: Guide
+    surfaces: tuple[Surface, ...]
+    orientations: tuple[int, ...]
+    constraints: tuple[Constraint, ...]
+
+    @property
+    def is_contact(self) -> bool:
+        """Whether the surfaces touch instead of crossing."""
+        return len(self.constraints) > len(self.surfaces)
+
+    def angle(self, points: Array) -> float:
+        """Median angle between the outward normals at points ``(n, 3)``, radians; 0 at a rim."""
+        if len(self.surfaces) < 2:
+            return 0.0
+        return float(np.median(angles(points, self.surfaces, self.orientations)))
+
+
+@dataclass(frozen=True)
+class Crease:
+    """A located border.
+
+    Attributes
+    ----------
+    curve : from the border's first to its last vertex.
+    gap : largest distance of the curve to its surfaces, spacings.
+    is_fallback : whether the border was only smoothed, because the surfaces
+        have no sane common curve near it.
+    """
+
+    curve: Curve
+    gap: float
+    is_fallback: bool
+
+
+def border_between(guide: Guide, sides: Sequence[RegionFit], options: LocateOptions) -> Border:
+    """Decide whether the surfaces on the two sides of a border cross or touch there."""
+    surfaces = tuple(side.surface for side in sides)
+    orientations = tuple(side.orientation for side in sides)
+    crossing = Border(guide, surfaces, orientations, surfaces)
+    if len(surfaces) < 2:
+        return crossing
+    points, gap = intersect(guide.points, surfaces)
+    close = np.linalg.norm(points - guide.points, axis=1) <= MAX_MOVE
+    at = points if close.mean() > 0.5 else guide.points
+    angle = angles(at, surfaces, orientations)
+    crosses_cleanly = close.all() and gap.max() < _MAX_GAP
+    if np.degrees(np.median(angle)) >= options.smooth_angle_deg:
+        return crossing
+    if crosses_cleanly and np.degrees(angle.min()) >= MIN_CROSSING_DEG:
+        return crossing
+    contact = Contact(surfaces[0], surfaces[1], orientations[0] * orientations[1])
+    return Border(guide, surfaces, orientations, (*surfaces, contact))
+
+
+def contacts_at(
+    vertex: Array, surfaces: Sequence[Surface], borders: Sequence[Border]
+) -> list[Constraint]:
+    """What holds a corner in directions in which its surfaces do not.
+
+    Parameters
+    ----------
+    vertex : about where the corner is, shape ``(3,)``.
+    surfaces : of the regions round it.
+    borders : that end there.
+
+    Returns
+    -------
+    The contacts of the smooth borders, and of creases that turn there because
+    their surfaces touch.
+    """
+    contacts = [border.constraints[-1] for border in borders if border.is_contact]
+    normals = np.concatenate([surface.project(vertex[None])[1] for surface in surfaces])
+    spread = np.linalg.svd(normals, compute_uv=False)
+    if contacts or len(spread) < 2 or spread[1] > _MAX_BRANCH_SPREAD * spread[0]:
+        return contacts
+    for border in borders:
+        if len(border.surfaces) == 2:
+            branch = Branch(*border.surfaces, border.orientations[0] * border.orientations[1])
+            if branch.near(vertex[None])[1][0]:
+                contacts.extend(branch.contacts)
+    return contacts
+
+
+def locate_crease(
+    border: Border,
+    ends: tuple[Array, Array] | None,
+    cloud: cKDTree,
+    max_cloud_distance: float,
+    options: LocateOptions,
+) -> Crease:
+    """Locate a border.
+
+    Parameters
+    ----------
+    border : what it lies on and where it runs.
+    ends : positions of its first and last vertex, each shape ``(3,)``; None if
+        it is closed and has no corner.
+    cloud : the raw points.
+    max_cloud_distance : largest distance of the curve to the cloud, spacings.
+    options : tolerances.
+
+    Returns
+    -------
+    Crease
+        A vertex within ``options.corner_gap`` of the common curve is left where
+        it is and the curve ends at the nearest point to it; a farther one is
+        joined by the curve.
+    """
+    guide = border.guide
+    slack = 0.0
+    feet = ends
+    if ends is not None:
+        slack = max(
+            float(np.linalg.norm(ends[0] - guide.points[0])),
+            float(np.linalg.norm(ends[1] - guide.points[-1])),
+        )
+        feet = _end_feet(ends, border.constraints)
+    max_gap = options.corner_gap if border.is_contact else _MAX_GAP
+    if len(border.surfaces) == 2:
+        for points in traced(guide, border.constraints, feet, max_gap):
+            if is_sane(points, guide, slack, cloud, max_cloud_distance):
+                curve = curve_along(points, ends, border.constraints, options)
+                return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=False)
+    curve = _smoothed_border(border, ends)
+    return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=len(border.surfaces) == 2)
+
+
+def curve_gap(curve: Curve, surfaces: Sequence[Surface]) -> float:
+    """Largest distance of a curve to surfaces, spacings."""
+    return float(distance(curve.samples(N_SAMPLES), surfaces).max())
+
+
+def _end_feet(ends: tuple[Array, Array], constraints: Sequence[Constraint]) -> tuple[Array, Array]:
+    """Nearest points of the curve to its vertices; the vertices themselves if they lie on it."""
+    vertices = np.stack(ends)
+    feet, _ = intersect(vertices, constraints)
+    moved = np.linalg.norm(feet - vertices, axis=1)
+    feet[moved < _EXACT] = vertices[moved < _EXACT]
+    return feet[0], feet[1]
+
+
+def _smoothed_border(border: Border, ends: tuple[Array, Array] | None) -> Curve:
+    """The guide, drawn to the mean of its feet on the surfaces, through the vertices."""
+    guide = border.guide
+    n = int(np.clip(guide.length / 3.0 + 2.0, 5, 60))
+    start = resampled(guide.points, n)
+    points = start
+    for _ in range(3):
+        points = np.mean([surface.project(points)[0] for surface in border.surfaces], axis=0)
+    if np.linalg.norm(points - start, axis=1).max() > MAX_MOVE:
+        points = start
+    if guide.is_closed:
+        points[-1] = points[0]
+    directions = Guide(points, guide.is_closed).directions()
+    if ends is None:
+        ordered = forward(points, directions, None)
+        return interpolated(ordered if len(ordered) >= 5 else start, is_closed=True)
+    ordered = forward(points[1:-1], directions[1:-1], ends)
+    if len(ordered) == 2:
+        return line_through(ordered, 0.0) or interpolated(
+            np.stack([ends[0], guide.points[len(guide.points) // 2], ends[1]]), is_closed=False
+        )
+    return interpolated(ordered, is_closed=False)

@@ -1,0 +1,201 @@
+"""Step four of the paper, for fitted surfaces: where creases and corners are.
+
+The border network of the labels tells which surfaces meet; the surfaces tell
+where. Corners come first, then the curves between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from crispline.brep.model import Edge, Face, Model
+from crispline.options import LocateOptions
+from crispline.region.regionfit import RegionFit
+from crispline.region.topology import Chain, Topology
+from crispline.sharp.corner import Corner, locate_corner
+from crispline.sharp.crease import (
+    N_SAMPLES,
+    Border,
+    Crease,
+    border_between,
+    contacts_at,
+    locate_crease,
+)
+from crispline.sharp.intersect import distance
+from crispline.sharp.network import chains_at, contracted, corner_vertices, labels_beside
+from crispline.sharp.revise import collapsible_chain, split_at_branches
+from crispline.sharp.trace import guide_along
+from crispline.surface.base import Array
+
+
+def locate(
+    topology: Topology,
+    net_vertices: Array,
+    regions: Mapping[int, RegionFit],
+    cloud: cKDTree,
+    sigma: float,
+    options: LocateOptions,
+) -> tuple[Model, tuple[str, ...]]:
+    """Turn a labelled net and its fitted surfaces into a boundary representation.
+
+    Parameters
+    ----------
+    topology : chains, corners and loops of the labels.
+    net_vertices : vertices of the net, spacings, shape ``(n, 3)``.
+    regions : the fitted surface of every label.
+    cloud : the raw points, spacings.
+    sigma : noise of the raw points, spacings.
+    options : what is accepted.
+
+    Returns
+    -------
+    model : faces in the order of their labels, with honest gaps.
+    warnings : one sentence per corner or border that the surfaces do not
+        determine, and per collapsed border.
+    """
+    search = _Search(regions, cloud, sigma, options)
+    topology = split_at_branches(topology, net_vertices, regions)
+    anchors = corner_vertices(topology)
+    borders = [search.border(chain, net_vertices, anchors) for chain in topology.chains]
+    corners = {vertex: search.corner(vertex, topology, net_vertices, borders) for vertex in anchors}
+    warnings = []
+    while (index := collapsible_chain(topology, net_vertices, corners, options)) is not None:
+        gone = topology.chains[index]
+        kept, lost = int(gone.vertices[0]), int(gone.vertices[-1])
+        net_vertices = net_vertices.copy()
+        net_vertices[kept] = 0.5 * (net_vertices[kept] + net_vertices[lost])
+        topology = contracted(topology, index)
+        del borders[index], corners[lost]
+        corners[kept] = search.corner(kept, topology, net_vertices, borders)
+        warnings.append(
+            f"the border of regions {_names([gone])} near {_place(net_vertices[kept])} is shorter "
+            "than its corners are certain and became one corner"
+        )
+    creases = [
+        search.crease(chain, border, corners)
+        for chain, border in zip(topology.chains, borders, strict=True)
+    ]
+    warnings += _doubts(topology, corners, creases)
+    return _model(topology, regions, corners, borders, creases, options), tuple(warnings)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """What every corner and crease is located on and judged by."""
+
+    regions: Mapping[int, RegionFit]
+    cloud: cKDTree
+    sigma: float
+    options: LocateOptions
+
+    def border(self, chain: Chain, net_vertices: Array, anchors: Collection[int]) -> Border:
+        """The border that a chain stands for."""
+        sides = [self.regions[label] for label in (chain.left, chain.right) if label != -1]
+        is_ring = chain.is_closed and int(chain.vertices[0]) not in anchors
+        guide = guide_along(net_vertices[chain.vertices], is_ring)
+        return border_between(guide, sides, self.options)
+
+    def corner(
+        self, vertex: int, topology: Topology, net_vertices: Array, borders: Sequence[Border]
+    ) -> Corner:
+        """The corner at a net vertex."""
+        around = chains_at(topology, vertex)
+        labels = labels_beside(topology.chains[index] for index in around)
+        surfaces = [self.regions[label].surface for label in labels]
+        return locate_corner(
+            net_vertices[vertex],
+            surfaces,
+            contacts_at(net_vertices[vertex], surfaces, [borders[index] for index in around]),
+            self.cloud,
+            self.options.corner_cloud_distance + 2.0 * self.sigma,
+            self.options,
+        )
+
+    def crease(self, chain: Chain, border: Border, corners: Mapping[int, Corner]) -> Crease:
+        """The curve of a border."""
+        ends = None
+        if not border.guide.is_closed:
+            start, end = int(chain.vertices[0]), int(chain.vertices[-1])
+            ends = (corners[start].position, corners[end].position)
+        max_cloud_distance = self.options.crease_cloud_distance + 2.0 * self.sigma
+        return locate_crease(border, ends, self.cloud, max_cloud_distance, self.options)
+
+
+def _doubts(
+    topology: Topology, corners: Mapping[int, Corner], creases: Sequence[Crease]
+) -> list[str]:
+    """A sentence for every border and corner that the surfaces do not determine."""
+    sentences = []
+    for chain, crease in zip(topology.chains, creases, strict=True):
+        if crease.is_fallback:
+            middle = crease.curve.samples(3)[1]
+            sentences.append(
+                f"the surfaces of regions {_names([chain])} have no common curve near "
+                f"{_place(middle)}: their border is smoothed, with a gap of "
+                f"{crease.gap:.2g} spacings"
+            )
+    for vertex, corner in corners.items():
+        if corner.is_fallback:
+            around = [topology.chains[index] for index in chains_at(topology, vertex)]
+            sentences.append(
+                f"the surfaces of regions {_names(around)} have no common point near "
+                f"{_place(corner.position)}: the corner has a gap of {corner.gap:.2g} spacings"
+            )
+    return sentences
+
+
+def _model(
+    topology: Topology,
+    regions: Mapping[int, RegionFit],
+    corners: Mapping[int, Corner],
+    borders: Sequence[Border],
+    creases: Sequence[Crease],
+    options: LocateOptions,
+) -> Model:
+    """Number the vertices and faces and measure the gaps."""
+    face_of = {label: index for index, label in enumerate(sorted(topology.loops))} | {-1: -1}
+    number = {vertex: index for index, vertex in enumerate(sorted(corners))}
+    positions = [corners[vertex].position for vertex in number]
+    gaps = [corners[vertex].gap for vertex in number]
+    edges = []
+    for chain, border, crease in zip(topology.chains, borders, creases, strict=True):
+        samples = crease.curve.samples(N_SAMPLES)
+        if border.guide.is_closed:
+            start = end = len(positions)
+            positions.append(samples[0])
+            gaps.append(float(distance(samples[:1], border.surfaces)[0]))
+        else:
+            start, end = number[int(chain.vertices[0])], number[int(chain.vertices[-1])]
+        for vertex, tip in ((start, samples[0]), (end, samples[-1])):
+            gaps[vertex] = max(gaps[vertex], float(np.linalg.norm(tip - positions[vertex])))
+        angle = border.angle(samples)
+        is_sharp = bool(np.degrees(angle) >= options.smooth_angle_deg)
+        left, right = face_of[chain.left], face_of[chain.right]
+        edges.append(Edge(crease.curve, start, end, left, right, crease.gap, angle, is_sharp))
+    faces = tuple(
+        Face(
+            regions[label].surface,
+            regions[label].orientation,
+            topology.loops[label],
+            regions[label].points,
+            regions[label].residuals,
+            label,
+        )
+        for label in sorted(topology.loops)
+    )
+    vertices = np.array(positions, dtype=np.float64).reshape(-1, 3)
+    return Model(vertices, np.array(gaps, dtype=np.float64), tuple(edges), faces)
+
+
+def _names(chains: Iterable[Chain]) -> str:
+    """The regions beside chains, for a message."""
+    return ", ".join(str(label) for label in labels_beside(chains))
+
+
+def _place(point: Array) -> str:
+    """A position in spacings, for a message."""
+    return "({:.1f}, {:.1f}, {:.1f})".format(*point)

@@ -1,0 +1,96 @@
+"""Changes to the border network of a labelled net that keep it a consistent manifold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from crispline.region.topology import Chain, Loop, Topology
+
+
+def corner_vertices(topology: Topology) -> list[int]:
+    """Net vertices at which chains end, ascending; a closed chain that meets no other has none."""
+    ends = [chain.vertices[[0, -1]] for chain in topology.chains]
+    vertices, count = np.unique(np.array(ends, dtype=np.int64), return_counts=True)
+    n_ends = dict(zip(vertices.tolist(), count.tolist(), strict=True))
+    lone = {int(c.vertices[0]) for c in topology.chains if c.is_closed}
+    return [vertex for vertex in n_ends if vertex not in lone or n_ends[vertex] > 2]
+
+
+def chains_at(topology: Topology, vertex: int) -> list[int]:
+    """Indices of the chains that start or end at a vertex."""
+    return [
+        index
+        for index, chain in enumerate(topology.chains)
+        if vertex in (chain.vertices[0], chain.vertices[-1])
+    ]
+
+
+def labels_beside(chains: Iterable[Chain]) -> list[int]:
+    """The regions beside chains, ascending, without the open border."""
+    return sorted({label for chain in chains for label in (chain.left, chain.right)} - {-1})
+
+
+def contracted(topology: Topology, index: int) -> Topology:
+    """Shrink a chain to a point: its last vertex becomes its first everywhere.
+
+    The chain must have two different ends; then one vertex and one edge go, so
+    the Euler characteristic stays.
+    """
+    gone = topology.chains[index]
+    kept, lost = int(gone.vertices[0]), int(gone.vertices[-1])
+    chains = tuple(
+        _with_end_moved(chain, lost, kept)
+        for position, chain in enumerate(topology.chains)
+        if position != index
+    )
+    loops = {
+        region: tuple(
+            tuple((chain - (chain > index), side) for chain, side in loop if chain != index)
+            for loop in region_loops
+        )
+        for region, region_loops in topology.loops.items()
+    }
+    return Topology(chains, loops)
+
+
+def split(topology: Topology, index: int, position: int) -> Topology:
+    """Cut a chain at the inner vertex ``vertices[position]``, which becomes a corner.
+
+    The first part keeps the index, the second part is appended.
+    """
+    chain = topology.chains[index]
+    first = replace(chain, vertices=chain.vertices[: position + 1])
+    second = replace(chain, vertices=chain.vertices[position:])
+    chains = (*topology.chains[:index], first, *topology.chains[index + 1 :], second)
+    parts = {(index, 1): ((index, 1), (len(chains) - 1, 1))}
+    parts[index, -1] = ((len(chains) - 1, -1), (index, -1))
+
+    def cut(loop: Loop) -> Loop:
+        return tuple(part for use in loop for part in parts.get(use, (use,)))
+
+    loops = {
+        region: tuple(cut(loop) for loop in region_loops)
+        for region, region_loops in topology.loops.items()
+    }
+    return Topology(chains, loops)
+
+
+def rotated(topology: Topology, index: int, position: int) -> Topology:
+    """Let a closed chain start at its vertex ``vertices[position]``."""
+    chain = topology.chains[index]
+    ring = np.roll(chain.vertices[:-1], -position)
+    turned = replace(chain, vertices=np.append(ring, ring[0]))
+    chains = (*topology.chains[:index], turned, *topology.chains[index + 1 :])
+    return replace(topology, chains=chains)
+
+
+def _with_end_moved(chain: Chain, lost: int, kept: int) -> Chain:
+    """The chain with every end at ``lost`` moved to ``kept``."""
+    vertices = chain.vertices.copy()
+    for end in (0, -1):
+        if vertices[end] == lost:
+            vertices[end] = kept
+    return replace(chain, vertices=vertices)

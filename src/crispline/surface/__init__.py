@@ -1,0 +1,22 @@
+"""Surfaces that regions are fitted with: exact geometry, no fitting."""
+
+from crispline.surface.base import Similarity, Surface, perpendicular_frame, unit
+from crispline.surface.bspline import BSplineSurface
+from crispline.surface.cone import Cone
+from crispline.surface.cylinder import Cylinder
+from crispline.surface.plane import Plane
+from crispline.surface.sphere import Sphere
+from crispline.surface.torus import Torus
+
+__all__ = [
+    "BSplineSurface",
+    "Cone",
+    "Cylinder",
+    "Plane",
+    "Similarity",
+    "Sphere",
+    "Surface",
+    "Torus",
+    "perpendicular_frame",
+    "unit",
+]
