@@ -57,6 +57,26 @@ class RegionOptions:
     """... or less than this share of its own height."""
     min_patches: int = 12
     """Smaller basins are given to their neighbours."""
+    seed_patches: int = 48
+    """Patches that a primitive is first fitted to when a smooth region is split."""
+    grow_deg: float = 10.0
+    """Patches join a growing primitive if their normal is within this of its normal."""
+    min_free_patches: int = 25
+    """Smaller leftovers of a split region are given to their neighbours."""
+    patch_noise: float = 0.7
+    """Noise of patch centres over noise of the points."""
+    merge_deg: float = 18.0
+    """Neighbours whose surfaces meet at less than this are tried as one surface."""
+    swallowed_sigmas: float = 2.5
+    """Patches whose points lie this many sigmas off every surface near them may be a lost face."""
+    expansion_rings: int = 6
+    """Patches this many rings from a border may change their label when borders are optimised."""
+    border_cost: float = 1.0
+    """Cost of a side of border, in units of one point's squared residual over 2 sigma^2."""
+    draft_points: int = 1000
+    """Raw points per fit while the borders still move."""
+    rounds: int = 3
+    """Rounds of fitting, merging and optimising the borders."""
 
 
 @dataclass(frozen=True)

@@ -660,3 +660,35 @@ SAMPLES = {
         rounded_disc, half_elbow, pierced_torus, spline_top,
     )
 }  # fmt: skip
+
+
+def shaken(model: Model, amount: float, seed: int) -> Model:
+    """The model as a fit to noisy points leaves it: surfaces and vertices moved by up to
+    about ``amount``, edges where they were, so that nothing meets any more."""
+    rng = np.random.default_rng(seed)
+    border = [model.vertices, *(edge.curve.samples(9) for edge in model.edges)]
+    size = max(1.0, float(np.ptp(np.concatenate(border), axis=0).max())) if model.edges else 1.0
+    faces = []
+    for face in model.faces:
+        moved = rng.uniform(-amount, amount, 3) / np.sqrt(3)
+        tilt = rng.uniform(-amount, amount, 3) / size
+        grown = float(rng.uniform(-amount, amount))
+        match s := face.surface:
+            case Plane():
+                surface: Surface = Plane(s.origin + moved, unit(s.normal + tilt))
+            case Cylinder():
+                surface = Cylinder(s.origin + moved, unit(s.axis + tilt), s.radius + grown)
+            case Cone():
+                angle = s.half_angle * (1 + grown / size)
+                surface = Cone(s.apex + moved, unit(s.axis + tilt), angle)
+            case Sphere():
+                surface = Sphere(s.centre + moved, s.radius + grown)
+            case Torus():
+                surface = Torus(
+                    s.centre + moved, unit(s.axis + tilt), s.major_radius, s.minor_radius + grown
+                )
+            case BSplineSurface():
+                surface = BSplineSurface(s.knots_u, s.knots_v, s.control_points + moved)
+        faces.append(replace(face, surface=surface))
+    vertices = model.vertices + rng.uniform(-amount, amount, model.vertices.shape) / 3
+    return replace(model, vertices=vertices, faces=tuple(faces))

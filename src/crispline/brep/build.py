@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from OCP.BRep import BRep_Builder
+from OCP.Standard import Standard_Failure
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex, TopoDS_Wire
 
@@ -21,7 +22,7 @@ from crispline.brep.model import Edge, Model
 from crispline.brep.pcurve import PCurve, pcurve
 from crispline.brep.seam import choose_seams
 from crispline.brep.solids import assemble
-from crispline.brep.split import split_model
+from crispline.brep.split import settle_rims, split_model
 from crispline.brep.wires import (
     BOTTOM,
     RIGHT,
@@ -33,6 +34,7 @@ from crispline.brep.wires import (
     face_wires,
     is_seam,
 )
+from crispline.errors import ReconstructionError
 from crispline.surface.base import Array
 
 _MARGIN = 1.05
@@ -69,6 +71,7 @@ def build_shape(model: Model) -> Built:
     Built
         Not checked: see :func:`crispline.brep.check.check_shape`.
     """
+    model = settle_rims(model)
     seams = choose_seams(model)
     cut = split_model(model, seams.cuts)
     workshop = _Workshop(cut)
@@ -76,11 +79,10 @@ def build_shape(model: Model) -> Built:
     failures: list[tuple[int, str]] = []
     for index, (face, chart) in enumerate(zip(cut.faces, seams.charts, strict=True)):
         try:
-            wires = face_wires(cut, face, chart)
-        except WireError as error:
-            failures.append((index, str(error)))
+            built = workshop.face(chart, face_wires(cut, face, chart))
+        except (WireError, Standard_Failure) as error:
+            failures.append((index, str(error) or type(error).__name__))
             continue
-        built = workshop.face(chart, wires)
         faces[index] = built if face.orientation > 0 else built.Reversed()
     workshop.set_tolerances()
     shape, order = assemble(cut, faces)
@@ -111,14 +113,18 @@ class _Workshop:
 
     def _edge(self, edge: Edge) -> Any:
         curve = edge.curve
-        ends = curve.evaluate(np.array([curve.start, curve.end]))
-        for vertex, position in zip((edge.start, edge.end), ends, strict=True):
+        positions = curve.evaluate(np.array([curve.start, curve.end]))
+        for vertex, position in zip((edge.start, edge.end), positions, strict=True):
             self._widen(vertex, position)
-        return self._bounded_edge(
-            occt.curve_to_occt(curve),
-            (curve.start, curve.end),
-            (self.vertices[edge.start], self.vertices[edge.end]),
-        )
+        interval = (curve.start, curve.end)
+        try:
+            geometry = occt.curve_to_occt(curve)
+        except Standard_Failure as error:
+            raise ReconstructionError(
+                f"the {curve.kind} between faces {edge.left} and {edge.right} is no curve: {error}"
+            ) from error
+        ends = (self.vertices[edge.start], self.vertices[edge.end])
+        return self._bounded_edge(geometry, interval, ends)
 
     def _bounded_edge(
         self, curve: Any, interval: tuple[float, float], ends: tuple[Any, Any]
@@ -162,7 +168,7 @@ class _Workshop:
 
     def _use_edge(self, face: Any, chart: Chart, use: EdgeUse) -> Any:
         edge, occt_edge = self.model.edges[use.edge], self.edges[use.edge]
-        projected = pcurve(edge.curve, chart, use.middle)
+        projected = pcurve(edge.curve, chart, use.uv)
         # OCCT projects on planes by itself, more exactly than a stored curve.
         if not isinstance(chart, PlaneChart):
             self.builder.UpdateEdge(occt_edge, projected.geometry, face, occt.CONFUSION)
@@ -176,9 +182,10 @@ class _Workshop:
 
     def _corner(self, chart: Chart, uv: Array, vertex: int, corners: dict[Any, Any]) -> Any:
         """The model vertex, or one of the face's own at a pole or a seam crossing."""
-        if vertex >= 0:
-            return self.vertices[vertex]
         position = chart.points(uv[None, :])[0]
+        if vertex >= 0:
+            self._widen(vertex, position)
+            return self.vertices[vertex]
         key = tuple(np.round(position, 6).tolist())
         if key not in corners:
             corners[key] = self._vertex(position)
@@ -208,8 +215,6 @@ class _Workshop:
             for along, vertex in ((low, first), (high, last)):
                 uv = np.array([across[0], along] if is_u_seam else [along, across[0]])
                 ends.append(self._corner(chart, uv, vertex, corners))
-                if vertex >= 0:
-                    self._widen(vertex, chart.points(uv[None, :])[0])
             edge = self._bounded_edge(curve, (low, high), (ends[0], ends[1]))
             heading = np.array([0.0, 1.0] if is_u_seam else [1.0, 0.0])
             sides = [
@@ -225,7 +230,8 @@ class _Workshop:
     def _pole(self, face: Any, chart: Chart, use: SideUse, corners: dict[Any, Any]) -> Any:
         """The degenerated edge that goes round a pole."""
         v = chart.v_range[int(use.side == TOP)]
-        vertex = self._corner(chart, np.array([use.start, v]), use.first, corners)
+        position = np.array([use.start, v])
+        vertex = self._corner(chart, position, use.first, corners)
         edge = self._bounded_edge(None, (0.0, 0.0), (vertex, vertex))
         low, high = sorted((use.start, use.end))
         line = occt.line_2d(np.array([0.0, v]), np.array([1.0, 0.0]))

@@ -19,14 +19,16 @@ from OCP.Geom import (
     Geom_SphericalSurface,
     Geom_ToroidalSurface,
 )
-from scipy.interpolate import NdBSpline
-from scipy.spatial import cKDTree
 
 from crispline.brep import occt
 from crispline.surface import BSplineSurface
 from crispline.surface.base import Array
 
 TURN = 2.0 * np.pi
+POLE_REACH = 0.5
+"""A border that comes this close to a pole goes through it, in spacings."""
+SAME = 1e-6
+"""Parameters closer than this are the same."""
 _UNBOUNDED = (-np.inf, np.inf)
 
 
@@ -65,9 +67,16 @@ class Chart(ABC):
     def points(self, parameters: Array) -> Array:
         """Surface points: shape ``(n, 2)`` gives ``(n, 3)``."""
 
+    def is_pole(self, parameters: Array) -> bool:
+        """Whether a (u, v), shape ``(2,)``, lies in a pole."""
+        sides = zip(self.v_range, self.has_pole, strict=True)
+        return any(has_pole and abs(parameters[1] - v) < SAME for v, has_pole in sides)
+
     def trace(self, points: Array) -> Array:
         """(u, v) along a dense polyline, shape ``(n, 2)``, without jumps of a period."""
-        uv = self.parameters(points)
+        return self._unwrapped(self.parameters(points))
+
+    def _unwrapped(self, uv: Array) -> Array:
         for axis in (0, 1):
             if self.is_periodic[axis]:
                 uv[:, axis] = np.unwrap(uv[:, axis])
@@ -132,13 +141,30 @@ class RevolutionChart(Chart):
         offset = points - self.origin
         height = offset @ self.axis
         x, y = offset @ self.x_axis, offset @ np.cross(self.axis, self.x_axis)
-        radius, u = np.hypot(x, y), np.arctan2(y, x)
-        # On the axis the angle is undefined: take the neighbour's along the polyline.
-        is_on_axis = radius <= 1e-9 * np.linalg.norm(offset, axis=1).max(initial=0.0)
-        if is_on_axis.any() and not is_on_axis.all():
-            lost, known = np.flatnonzero(is_on_axis), np.flatnonzero(~is_on_axis)
-            u[lost] = u[known[np.abs(lost[:, None] - known).argmin(axis=1)]]
-        return np.column_stack([u, self.profile_parameter(radius, height)])
+        v = self.profile_parameter(np.hypot(x, y), height)
+        return np.column_stack([np.arctan2(y, x), v])
+
+    def trace(self, points: Array) -> Array:
+        uv = self.parameters(points)
+        for pole in self.pole_points():
+            distance = np.linalg.norm(points - pole, axis=1)
+            is_lost = distance < POLE_REACH
+            if not is_lost.any() or is_lost.all():
+                continue
+            # The angle is undefined here: take the neighbour's along the polyline.
+            lost, known = np.flatnonzero(is_lost), np.flatnonzero(~is_lost)
+            uv[lost, 0] = uv[known[np.abs(lost[:, None] - known).argmin(axis=1)], 0]
+            v_pole = self.parameters(pole[None, :])[0, 1]
+            for end in (0, -1):
+                if is_lost[end]:  # a border that ends here ends in the pole itself
+                    share = np.clip(1.0 - distance / (4.0 * POLE_REACH), 0.0, 1.0)
+                    uv[:, 1] += share / share[end] * (v_pole - uv[end, 1])
+        return self._unwrapped(uv)
+
+    def pole_points(self) -> list[Array]:
+        """Places of the poles, each of shape ``(3,)``."""
+        heights = [v for v, is_pole in zip(self.v_range, self.has_pole, strict=True) if is_pole]
+        return list(self.points(np.array([[0.0, v] for v in heights]).reshape(-1, 2)))
 
     def points(self, parameters: Array) -> Array:
         u = parameters[:, 0]
@@ -241,41 +267,22 @@ class BSplineChart(Chart):
 
     @property
     def u_range(self) -> tuple[float, float]:
-        return float(self.surface.knots_u[3]), float(self.surface.knots_u[-4])
+        lower, upper = self.surface.domain
+        return float(lower[0]), float(upper[0])
 
     @property
     def v_range(self) -> tuple[float, float]:
-        return float(self.surface.knots_v[3]), float(self.surface.knots_v[-4])
+        lower, upper = self.surface.domain
+        return float(lower[1]), float(upper[1])
 
     @property
     def geometry(self) -> Any:
         return occt.bspline_surface(self.surface)
 
     def parameters(self, points: Array) -> Array:
-        """Gauss-Newton from the nearest node of a grid with four nodes to a span."""
-        spline = self._spline
-        lower, upper = np.transpose([self.u_range, self.v_range])
-        n_nodes = [4 * (n - 3) + 1 for n in self.surface.control_points.shape[:2]]
-        axes = [np.linspace(lower[i], upper[i], n_nodes[i]) for i in (0, 1)]
-        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        uv = nodes[cKDTree(spline(nodes)).query(points)[1]]
-        for _ in range(20):
-            residual = points - spline(uv)
-            tangents = np.stack([spline(uv, nu=(1, 0)), spline(uv, nu=(0, 1))], axis=1)
-            metric = tangents @ tangents.transpose(0, 2, 1)
-            step = np.linalg.pinv(metric) @ (tangents @ residual[:, :, None])
-            moved = np.clip(uv + step[:, :, 0], lower, upper)
-            change = np.abs(moved - uv).max(initial=0.0)
-            uv = moved
-            if change <= 1e-14 * np.abs(upper - lower).max():
-                break
-        return np.asarray(uv)
+        return np.column_stack(self.surface.parameters_of(points))
 
     def points(self, parameters: Array) -> Array:
-        lower, upper = np.transpose([self.u_range, self.v_range])
-        return np.asarray(self._spline(np.clip(parameters, lower, upper)))
-
-    @property
-    def _spline(self) -> NdBSpline:
-        knots = (self.surface.knots_u, self.surface.knots_v)
-        return NdBSpline(knots, self.surface.control_points, 3)
+        lower, upper = self.surface.domain
+        inside = np.clip(parameters, lower, upper)
+        return self.surface.evaluate(inside[:, 0], inside[:, 1])

@@ -180,6 +180,7 @@ def _faults(analyser: Any, face: Any) -> Iterator[str]:
         names += [
             checker.SelfIntersect(face, first, second),
             checker.Closed(),
+            checker.Closed2d(face),
             checker.Orientation(face),
         ]
     checker = BRepCheck_Face(face)

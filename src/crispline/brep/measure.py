@@ -54,7 +54,7 @@ def tessellate(shape: object, deflection: float, angle: float = 0.3) -> Tessella
         A face that OCCT cannot triangulate has no triangles.
     """
     BRepTools.Clean_s(shape)
-    BRepMesh_IncrementalMesh(shape, deflection, False, angle, False)
+    BRepMesh_IncrementalMesh(shape, max(deflection, occt.CONFUSION), False, angle, False)
     vertices: list[Array] = []
     triangles: list[NDArray[np.int64]] = []
     faces: list[NDArray[np.int64]] = []

@@ -38,15 +38,16 @@ class PCurve:
     end: Array
 
 
-def pcurve(curve: Curve, chart: Chart, middle: Array) -> PCurve:
+def pcurve(curve: Curve, chart: Chart, border: Array) -> PCurve:
     """The projection of a curve on a surface.
 
     Parameters
     ----------
-    middle : a (u, v) near the curve, shape ``(2,)``: tells the period that it lies in.
+    border : (u, v) along the curve, shape ``(n, 2)``: tells the period that it lies in,
+        and the angle under which it reaches a pole, where a projection has none.
     """
     t = sample_parameters(curve)
-    uv = _lifted(chart.trace(curve.evaluate(t)), chart, middle)
+    uv = _projected(curve, t, chart, border)
     slope = (uv[-1] - uv[0]) / (t[-1] - t[0])
     straight = uv[0] + (t - t[0])[:, None] * slope
     miss = chart.points(straight) - chart.points(uv)
@@ -61,7 +62,7 @@ def pcurve(curve: Curve, chart: Chart, middle: Array) -> PCurve:
     for _ in range(_MAX_REFINEMENTS):
         spline = make_interp_spline(t, uv, k=3)
         finer = np.sort(np.concatenate([t, 0.5 * (t[:-1] + t[1:])]))
-        target = _lifted(chart.trace(curve.evaluate(finer)), chart, middle)
+        target = _projected(curve, finer, chart, border)
         error = np.abs(chart.points(spline(finer)) - chart.points(target)).max()
         if error < _INTERPOLATION_ERROR:
             break
@@ -70,11 +71,15 @@ def pcurve(curve: Curve, chart: Chart, middle: Array) -> PCurve:
     return _measured(geometry, curve, chart, finer, np.asarray(spline(finer)))
 
 
-def _lifted(uv: Array, chart: Chart, middle: Array) -> Array:
-    """The samples moved by whole periods towards a place that they pass."""
-    nearest = uv[len(uv) // 2]
-    turns = np.round((middle - nearest) / TURN) * TURN
-    return uv + np.where(chart.is_periodic, turns, 0.0)
+def _projected(curve: Curve, t: Array, chart: Chart, border: Array) -> Array:
+    """(u, v) at the curve parameters, moved by whole periods to the border."""
+    uv = chart.trace(curve.evaluate(t))
+    turns = np.round((border[len(border) // 2] - uv[len(uv) // 2]) / TURN) * TURN
+    uv += np.where(chart.is_periodic, turns, 0.0)
+    for end in (0, -1):
+        if chart.is_pole(border[end]):
+            uv[end] = border[end]
+    return uv
 
 
 def _on_axis(slope: Array) -> Array:

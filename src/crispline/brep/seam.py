@@ -201,10 +201,11 @@ def _candidate(
             is_on = np.abs(offset) < _ON_LINE
             if (is_on[:-1] & is_on[1:]).any():  # the edge runs along the seam
                 return _Candidate(value, np.inf, 0.0, ())
-            places += [
-                (arc.edge, _crossing(model, chart, arc, axis, value, k))
-                for k in _sign_changes(offset, is_on)
-            ]
+            for k in _sign_changes(offset, is_on):
+                place = _crossing(model, chart, arc, axis, value, k)
+                if place is None:
+                    return _Candidate(value, np.inf, 0.0, ())
+                places.append((arc.edge, place))
             if is_on[0]:
                 if offsets[i - 1][-2] * offset[1] > 0.0:  # the loop touches the seam and turns
                     return _Candidate(value, np.inf, 0.0, ())
@@ -233,8 +234,11 @@ def _sign_changes(offset: Array, is_on: Array) -> list[int]:
 
 def _crossing(
     model: Model, chart: RevolutionChart, arc: Arc, axis: int, value: float, interval: int
-) -> float:
-    """Curve parameter where an arc meets the line, within one sample interval."""
+) -> float | None:
+    """Curve parameter where an arc meets the line, within one sample interval.
+
+    None if the line passes between the end of the curve and its vertex.
+    """
     curve = model.edges[arc.edge].curve
 
     def offset(t: float) -> float:
@@ -245,7 +249,7 @@ def _crossing(
     at_low, at_high = offset(low), offset(high)
     if at_low * at_high > 0.0:  # a sample on the line, or a vertex off its curve
         nearest = low if abs(at_low) < abs(at_high) else high
-        return nearest if curve.start < nearest < curve.end else 0.5 * (low + high)
+        return nearest if curve.start < nearest < curve.end else None
     return float(brentq(offset, low, high, xtol=1e-14 * (1.0 + abs(high))))
 
 

@@ -65,6 +65,15 @@ def split_model(model: Model, cuts: Mapping[int, Sequence[float]]) -> Model:
     return Model(np.array(vertices).reshape(-1, 3), np.array(gaps), tuple(edges), faces)
 
 
+def settle_rims(model: Model) -> Model:
+    """The model with the vertices of corner-free closed edges exactly on their curves."""
+    vertices = np.array(model.vertices)
+    for index in corner_free_edges(model):
+        edge = model.edges[index]
+        vertices[edge.start] = edge.curve.evaluate(np.array([edge.curve.start]))[0]
+    return replace(model, vertices=vertices)
+
+
 def corner_free_edges(model: Model) -> frozenset[int]:
     """Closed edges whose vertex belongs to no other edge: it may lie anywhere on them."""
     ends = [vertex for edge in model.edges for vertex in {edge.start, edge.end}]

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.IFSelect import IFSelect_ReturnStatus
@@ -22,6 +23,8 @@ from OCP.STEPControl import (
 )
 from OCP.TCollection import TCollection_HAsciiString
 
+from crispline.brep import occt
+from crispline.brep.measure import face_areas, tessellate, volume
 from crispline.errors import InputError, ReconstructionError
 
 _NAME = "crispline"
@@ -43,9 +46,9 @@ def write_step(shape: Any, path: str | PathLike[str]) -> None:
         If the file cannot be written.
     """
     content = step_bytes(shape, has_pcurves=False)
-    if BRepCheck_Analyzer(shape).IsValid() and not _reads_back(content):
+    if not _reads_back(content, shape):
         with_pcurves = step_bytes(shape, has_pcurves=True)
-        content = with_pcurves if _reads_back(with_pcurves) else content
+        content = with_pcurves if _reads_back(with_pcurves, shape) else content
     target = Path(path)
     handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
     try:
@@ -90,9 +93,20 @@ def read_step(path: str | PathLike[str]) -> Any:
     return shape
 
 
-def _reads_back(content: bytes) -> bool:
-    shape = _read(content)
-    return shape is not None and bool(BRepCheck_Analyzer(shape).IsValid())
+def _reads_back(content: bytes, shape: Any) -> bool:
+    """Whether the file gives the shape again, as far as its tolerances leave it room."""
+    copy = _read(content)
+    if copy is None or not BRepCheck_Analyzer(copy).IsValid():
+        return False
+    areas, copied = face_areas(shape), face_areas(copy)
+    if len(areas) != len(copied):
+        return False
+    mesh = tessellate(copy, 0.01 * float(np.sqrt(areas.sum())))
+    if len(np.unique(mesh.faces)) < len(areas):
+        return False
+    slack = 2.0 * occt.largest_tolerance(shape, occt.VERTEX)
+    room = slack * areas.sum() + 1e-6 * abs(volume(shape))
+    return bool(abs(volume(copy) - volume(shape)) <= room)
 
 
 def _read(content: bytes) -> Any:

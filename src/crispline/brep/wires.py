@@ -16,14 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from crispline.brep.arcs import Arc, is_inside, trace_loops
-from crispline.brep.chart import TURN, Chart
+from crispline.brep.chart import SAME, TURN, Chart
 from crispline.brep.model import Face, Model
 from crispline.surface.base import Array
 
 BOTTOM, RIGHT, TOP, LEFT = range(4)
 """Sides of the rectangle, anticlockwise: v lowest, u highest, v highest, u lowest."""
-_SNAP = 1e-6
-"""Parameters closer than this are the same place on a side."""
 
 
 class WireError(ValueError):
@@ -31,11 +29,11 @@ class WireError(ValueError):
 
 
 class EdgeUse(NamedTuple):
-    """An arc of the face's border: edge index, direction, and one (u, v) on it."""
+    """An arc of the face's border: edge index, direction, (u, v) along its curve."""
 
     edge: int
     sign: int
-    middle: Array
+    uv: Array
 
 
 class SideUse(NamedTuple):
@@ -107,7 +105,7 @@ def face_wires(model: Model, face: Face, chart: Chart) -> list[Wire]:
             if i not in unused:
                 raise WireError("two loops lead into the same edge")
             del unused[i]
-            wire.append(EdgeUse(arcs[i].edge, arcs[i].sign, arcs[i].uv[len(arcs[i].uv) // 2]))
+            wire.append(EdgeUse(arcs[i].edge, arcs[i].sign, arcs[i].uv[:: arcs[i].sign]))
             if i in exits:
                 entry = _next_entry(exits[i], entries)
                 wire += _along_border(exits[i], entry, chart, entries)
@@ -139,17 +137,14 @@ def _is_break(end: Array, start: Array, chart: Chart) -> bool:
     jump = np.abs(start - end)
     if any(chart.is_periodic[axis] and jump[axis] > np.pi for axis in (0, 1)):
         return True
-    is_at_pole = any(
-        chart.has_pole[k] and abs(end[1] - chart.v_range[k]) < _SNAP for k in (0, 1)
-    )
-    return is_at_pole and bool(jump[0] > _SNAP)
+    return chart.is_pole(end) and bool(jump[0] > SAME)
 
 
 def _stop(here: Array, there: Array, chart: Chart, vertex: int, arc: int) -> _Stop:
     """The place ``here`` on the border, which the loop shares with ``there``."""
     u, v = float(here[0]), float(here[1])
     for k, side in enumerate((BOTTOM, TOP)):
-        is_pole = chart.has_pole[k] and abs(v - chart.v_range[k]) < _SNAP
+        is_pole = chart.has_pole[k] and abs(v - chart.v_range[k]) < SAME
         is_seam = chart.is_periodic[1] and (there[1] - v) * (1 - 2 * k) > np.pi
         if is_pole or is_seam:
             return _Stop(side, u if side == BOTTOM else -u, vertex, arc)
@@ -174,7 +169,7 @@ def _along_border(start: _Stop, end: _Stop, chart: Chart, stops: Sequence[_Stop]
         stop_key, stop_vertex = (end.key, end.vertex) if is_last else (corner_keys[side][1], -1)
         if not np.isfinite(stop_key):
             raise WireError("the loops bound an infinite part of the surface")
-        if stop_key - key > _SNAP:
+        if stop_key - key > SAME:
             sign = 1.0 if side in (BOTTOM, RIGHT) else -1.0
             pieces.append(SideUse(side, sign * key, sign * stop_key, vertex, stop_vertex))
         if is_last:

@@ -53,6 +53,15 @@ class WorkingCloud:
         """Point spacing in the user's unit."""
         return self.to_user.scale
 
+    def warnings(self, n_dropped: int = 0) -> tuple[str, ...]:
+        """A sentence for every kind of point that was left out."""
+        counts = (
+            (n_dropped, "with coordinates that are not finite"),
+            (self.n_duplicates, "that repeat another point"),
+            (self.n_outliers, "far from all others (outliers)"),
+        )
+        return tuple(f"{n} points {what} were left out" for n, what in counts if n > 0)
+
 
 def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> WorkingCloud:
     """Clean a cloud and bring it to the working frame.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from crispline.surface.base import Array
 KINDS = ("plane", "cylinder", "sphere", "cone", "torus", "bspline")
 """Every kind of surface, in order of preference where several explain the same points."""
 MIN_FREE_FORM_POINTS = 25
+MAX_NORMAL_ERROR = np.radians(40.0)
+"""Largest median angle between given and fitted normals."""
 
 _N_CANDIDATE_POINTS = 500
 _CLIP = 4.0
@@ -37,7 +39,9 @@ as the far commoner cylinder and cone, so it needs as much evidence as a cone.""
 class PrimitiveFit(Protocol):
     """The signature shared by all primitive fits."""
 
-    def __call__(self, points: Array, normals: Array, sigma: float, /) -> Surface | None: ...
+    def __call__(
+        self, points: Array, normals: Array, sigma: float, start: Any = None, /
+    ) -> Surface | None: ...
 
 
 PRIMITIVE_FITS: dict[str, PrimitiveFit] = {
@@ -107,17 +111,17 @@ def choose_surface(
     kept = thinned(len(points), options.max_points)
     points, normals = points[kept], normals[kept]
     if "plane" in kinds and (plane := fit_plane(points, normals, sigma)) is not None:
-        flat = tested(plane, points, sigma, options)
+        flat = tested(plane, points, normals, sigma, options)
         if flat.is_accepted:
             return flat
         rejected = [flat]
     else:
         rejected = []
-    for kind in _ranked_kinds(points, normals, sigma, options, kinds):
-        surface = PRIMITIVE_FITS[kind](points, normals, sigma)
+    for candidate in _ranked_candidates(points, normals, sigma, options, kinds):
+        surface = PRIMITIVE_FITS[candidate.kind](points, normals, sigma, candidate)
         if surface is None:
             continue
-        fit = tested(surface, points, sigma, options)
+        fit = tested(surface, points, normals, sigma, options)
         if fit.is_accepted:
             return fit
         rejected.append(fit)
@@ -125,39 +129,45 @@ def choose_surface(
         distance = None if border_distance is None else border_distance[kept]
         free = fit_bspline_surface(points, normals, sigma, options, border_distance=distance)
         if free is not None:
-            return tested(free, points, sigma, options)
+            return tested(free, points, normals, sigma, options)
     if not rejected:
         raise ValueError(f"none of {', '.join(kinds)} fits {len(points)} points")
     return min(rejected, key=lambda fit: fit.rms)
 
 
-def tested(surface: Surface, points: Array, sigma: float, options: FitOptions) -> Fit:
-    """The surface with the test of its residuals at ``points`` ``(n, 3)``."""
-    result = judge(points, surface.signed_distance(points), sigma, options)
-    return Fit(surface, result.rms, result.drift, result.is_accepted, len(points))
+def tested(
+    surface: Surface, points: Array, normals: Array, sigma: float, options: FitOptions
+) -> Fit:
+    """The surface with the test of its residuals and normals at ``points`` ``(n, 3)``."""
+    feet, surface_normals = surface.project(points)
+    residuals = np.einsum("ij,ij->i", points - feet, surface_normals)
+    result = judge(points, residuals, sigma, options)
+    is_accepted = result.is_accepted and faces_alike(normals, surface_normals)
+    return Fit(surface, result.rms, result.drift, is_accepted, len(points))
+
+
+def faces_alike(normals: Array, surface_normals: Array) -> bool:
+    """Whether half the normals ``(n, 3)`` are within 40 degrees of the surface's, on one side.
+
+    Lenient, because normals near edges are poor; it rejects a plane through the
+    points of a narrow ring, whose distances alone look like noise.
+    """
+    cosines = np.einsum("ij,ij->i", normals, surface_normals)
+    side = 1.0 if cosines.sum() >= 0.0 else -1.0
+    return bool(np.median(side * cosines) > np.cos(MAX_NORMAL_ERROR))
 
 
 def explains(
     surface: Surface, points: Array, normals: Array, sigma: float, options: FitOptions
 ) -> bool:
-    """Whether the surface leaves nothing but noise at the points and faces the same way.
+    """Whether the surface leaves nothing but noise at the points and faces as they do.
 
-    Parameters
-    ----------
-    points, normals : shape ``(n, 3)``; the points must also pass the residual
-        test and three quarters of the normals lie within 30 degrees of the
-        surface's (on either side of it, but all on the same).
+    The same test that :func:`choose_surface` accepts a fit by, for points
+    ``(n, 3)`` that need not have been fitted.
     """
     sigma = max(sigma, options.sigma_floor)
     kept = thinned(len(points), options.max_points)
-    points, normals = points[kept], normals[kept]
-    feet, surface_normals = surface.project(points)
-    cosines = np.einsum("ij,ij->i", normals, surface_normals)
-    side = 1.0 if cosines.sum() >= 0.0 else -1.0
-    if np.quantile(side * cosines, 0.25) < np.cos(np.radians(30.0)):
-        return False
-    residuals = np.einsum("ij,ij->i", points - feet, surface_normals)
-    return judge(points, residuals, sigma, options).is_accepted
+    return tested(surface, points[kept], normals[kept], sigma, options).is_accepted
 
 
 def fit_jointly(
@@ -205,14 +215,14 @@ def _explains_part(surface: Surface, points: Array, sigma: float, options: FitOp
     )
 
 
-def _ranked_kinds(
+def _ranked_candidates(
     points: Array, normals: Array, sigma: float, options: FitOptions, kinds: Sequence[str]
-) -> list[str]:
+) -> list[Surface]:
     """Curved primitives that nearly pass on a subset, by robust description length."""
     kept = thinned(len(points), _N_CANDIDATE_POINTS)
     limit = _CANDIDATE_SLACK * rms_limit(sigma, options)
     cut = residual_limit(sigma, options)
-    scores: dict[str, float] = {}
+    scored: list[tuple[float, str, Surface]] = []
     for kind in kinds:
         if kind not in PRIMITIVE_FITS or kind == "plane":
             continue
@@ -222,5 +232,6 @@ def _ranked_kinds(
         residuals = surface.signed_distance(points[kept])
         if rms(np.clip(residuals, -cut, cut)) < limit:
             chi_square = float(np.sum(np.minimum(np.square(residuals / sigma), _CLIP**2)))
-            scores[kind] = chi_square + 2.0 * _COMPLEXITY[kind] * float(np.log(len(points)))
-    return sorted(scores, key=scores.__getitem__)
+            cost = 2.0 * _COMPLEXITY[kind] * float(np.log(len(points)))
+            scored.append((chi_square + cost, kind, surface))
+    return [surface for *_, surface in sorted(scored, key=lambda item: item[:2])]

@@ -89,7 +89,8 @@ def _algebraic_frustum(points: Array, axis: Array) -> Frustum:
     a, b, c, radius_times_slope, _ = np.linalg.lstsq(columns, p * p + q * q, rcond=None)[0]
     radius = np.sqrt(max(c + a * a + b * b, 1e-12))
     half_angle = float(np.arctan(radius_times_slope / radius))
-    return Frustum(centroid + np.array([a, b]) @ frame[:2], axis, half_angle, float(radius * np.cos(half_angle)))
+    origin = centroid + np.array([a, b]) @ frame[:2]
+    return Frustum(origin, axis, half_angle, float(radius * np.cos(half_angle)))
 
 
 def _frustum(cone: Cone) -> Frustum:

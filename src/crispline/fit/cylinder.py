@@ -51,10 +51,9 @@ def _starts(points: Array, normals: Array) -> Iterator[Cylinder]:
         origin, radius = circle_about(points, axis)
         yield Cylinder(origin, axis, radius)
     curvature = float(quadric.curvatures[1])
-    if curvature != 0.0:
-        # Unlike the algebraic circle this start is not biased on shallow arcs.
-        centre = quadric.origin + quadric.normal / curvature
-        yield Cylinder(centre, quadric.directions[0], 1.0 / abs(curvature))
+    # Unlike the algebraic circle this start is not biased on shallow arcs.
+    centre = quadric.origin + quadric.normal / curvature
+    yield Cylinder(centre, quadric.directions[0], 1.0 / abs(curvature))
 
 
 def _anchored(cylinder: Cylinder, points: Array) -> Cylinder:

@@ -50,16 +50,19 @@ def rms(residuals: Array) -> float:
 
 
 def drift(points: Array, residuals: Array) -> float:
-    """Root mean square of the residuals' averages over 30 neighbours.
+    """Root mean square of :func:`local_means`."""
+    return rms(local_means(points, residuals))
 
-    Evaluated at no more than 1000 of the points, chosen reproducibly.
-    """
+
+def local_means(points: Array, residuals: Array) -> Array:
+    """Averages of the residuals over 30 neighbours, at up to 1000 points chosen reproducibly."""
     if not len(points):
-        return 0.0
+        return np.zeros(0)
     n_neighbours = min(N_NEIGHBOURS, len(points))
     probes = points[thinned(len(points), _N_PROBES)]
     _, neighbours = cKDTree(points).query(probes, n_neighbours)
-    return rms(residuals[neighbours.reshape(len(probes), -1)].mean(axis=1))
+    means = residuals[neighbours.reshape(len(probes), -1)].mean(axis=1)
+    return np.asarray(means)
 
 
 def rms_limit(sigma: float, options: FitOptions) -> float:

@@ -34,6 +34,7 @@ _COARSE_STEPS = 8
 _COARSE_CONVERGED = 1e-2
 _COARSE_STARTS = 3
 _SCALE_STEPS = 20
+_CLEARLY_LARGER = 1.5
 _MAX_DAMPING = 1e8
 
 
@@ -62,9 +63,9 @@ def fit_distances(
     model : distances and moves.
     starts : start values; the one that leads lowest on a subset is refined on all points.
     points : shape ``(n, 3)``, spacings.
-    sigma : noise along the normal, spacings. The scale of the weights is the
-        larger of this and the median absolute residual, so a poor start is not
-        cut away and clean points keep full weight.
+    sigma : noise along the normal, spacings: the scale of the weights. Where the
+        residuals are clearly larger their median magnitude is, so that a poor
+        start is not cut away.
 
     Returns
     -------
@@ -72,8 +73,11 @@ def fit_distances(
     """
     subset = points[coarse(len(points))]
     ranked = sorted(
-        ((spread, index, start) for index, start in enumerate(starts)
-         if np.isfinite(spread := _spread(model, start, subset, sigma))),
+        (
+            (spread, index, start)
+            for index, start in enumerate(starts)
+            if np.isfinite(spread := _spread(model, start, subset, sigma))
+        ),
         key=lambda item: item[:2],
     )[:_COARSE_STARTS]
     if not ranked:
@@ -102,7 +106,8 @@ def thinned(n_points: int, n_kept: int) -> np.ndarray[tuple[int], np.dtype[np.in
 
 def robust_scale(residuals: Array) -> float:
     """Standard deviation of the residuals about zero, from their median magnitude."""
-    return MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
+    middle = len(residuals) // 2
+    return MAD_TO_SIGMA * float(np.partition(np.abs(residuals), middle)[middle])
 
 
 def tukey_weights(residuals: Array, scale: float) -> Array:
@@ -130,7 +135,7 @@ def _minimised(
     only a fixed loss has a minimum to converge to.
     """
     residuals, jacobian = model.linearise(shape, points)
-    scale = max(sigma, robust_scale(residuals))
+    scale = _loss_scale(residuals, sigma)
     damping = 1e-3
     for count in range(n_steps):
         step, displacement = _step(residuals, jacobian, scale, damping)
@@ -144,12 +149,22 @@ def _minimised(
             shape, residuals, jacobian = trial, trial_residuals, trial_jacobian
             damping = 0.1 * damping if damping > 1e-12 else 0.0
             if count < _SCALE_STEPS:
-                scale = min(scale, max(sigma, robust_scale(residuals)))
+                scale = min(scale, _loss_scale(residuals, sigma))
         else:
             damping = max(10.0 * damping, 1e-6)
             if damping > _MAX_DAMPING:
                 break
     return shape
+
+
+def _loss_scale(residuals: Array, sigma: float) -> float:
+    """The noise, unless the residuals are clearly larger.
+
+    Exactly the noise, not the larger of both: the minimum then does not depend
+    on the path that led to it.
+    """
+    scale = robust_scale(residuals)
+    return scale if scale > _CLEARLY_LARGER * sigma else sigma
 
 
 def _step(residuals: Array, jacobian: Array, scale: float, damping: float) -> tuple[Array, float]:
@@ -159,7 +174,7 @@ def _step(residuals: Array, jacobian: Array, scale: float, damping: float) -> tu
     p = jacobian.shape[1]
     weighted = np.column_stack([jacobian, residuals]) * root[:, None]
     # The last column of the factor is Q' times the residuals: Q itself is not needed.
-    factor = np.linalg.qr(weighted, mode="r")
+    factor = np.asarray(np.linalg.qr(weighted, mode="r"))
     r = factor[:p, :p]
     damped = np.zeros((2 * p, p))
     damped[:p] = r

@@ -54,7 +54,7 @@ def _starts(points: Array, normals: Array) -> Iterator[Sphere]:
     yield Sphere(centroid + centre, float(np.sqrt(max(c + np.dot(centre, centre), 1e-12))))
     quadric = local_quadric(points, normals)
     curvature = float(quadric.curvatures.mean())
-    if curvature != 0.0:
+    if curvature != 0.0:  # zero for a saddle
         yield Sphere(quadric.origin + quadric.normal / curvature, 1.0 / abs(curvature))
 
 

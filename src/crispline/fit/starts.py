@@ -20,7 +20,8 @@ class LocalQuadric:
     directions : principal directions, rows, shape ``(2, 3)``.
     curvatures : normal curvatures along them, shape ``(2,)``, 1/spacing,
         positive where the surface bends towards the normal; the first has the
-        smaller magnitude.
+        smaller magnitude. Flat directions have 1/1000 of the extent's inverse
+        instead of zero, so that every curvature has a centre.
     """
 
     origin: Array
@@ -50,6 +51,8 @@ def local_quadric(points: Array, normals: Array) -> LocalQuadric:
     curvatures, vectors = np.linalg.eigh(inverse @ second @ inverse.T)
     directions = unit((inverse.T @ vectors).T @ tangents)
     by_size = np.argsort(np.abs(curvatures))
+    least = 1e-3 / max(extent(points), 1e-300)
+    curvatures = np.where(np.abs(curvatures) < least, np.copysign(least, curvatures), curvatures)
     return LocalQuadric(centroid + c * z, normal, directions[by_size], curvatures[by_size])
 
 

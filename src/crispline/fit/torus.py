@@ -52,8 +52,6 @@ def _starts(points: Array, normals: Array) -> Iterator[Torus]:
     origin, axis = axis_of_revolution(points, normals)
     yield _about_axis(points, origin, axis)
     quadric = local_quadric(points, normals)
-    if not np.all(quadric.curvatures):
-        return
     # By Meusnier's theorem the axis meets the normal line at the centre of curvature of
     # the parallel circle; its direction in the meridian plane is not determined there.
     for tube, parallel in ((1, 0), (0, 1)):

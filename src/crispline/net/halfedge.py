@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from crispline.errors import ReconstructionError
+from crispline.surface.base import Array
+
 Index = NDArray[np.int64]
 
 
@@ -47,6 +50,24 @@ class HalfEdges:
     def is_closed(self) -> bool:
         """Whether every half-edge has a twin."""
         return bool((self.twin >= 0).all())
+
+    def require_closed(self, vertices: Array) -> None:
+        """Refuse a net with open or non-manifold sides.
+
+        Raises
+        ------
+        ReconstructionError
+            Names how many sides are open and where most of them are.
+        """
+        if self.is_closed:
+            return
+        loose = self.twin < 0
+        place = np.median(vertices[self.origin[loose]], axis=0)
+        raise ReconstructionError(
+            f"the net over the cloud is open at {int(loose.sum())} sides, most of them near "
+            "({:.1f}, {:.1f}, {:.1f}) spacings from the middle of the cloud; ".format(*place)
+            + "scan the missing stretch, or more densely where walls are thin"
+        )
 
     def neighbours(self) -> Index:
         """The quad beyond each side, -1 on an open border, shape ``(m, 4)``."""

@@ -13,7 +13,6 @@ import pynanoinstantmeshes
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 from skimage.measure import marching_cubes
 
 from crispline.cloud.working import WorkingCloud
@@ -36,6 +35,12 @@ class QuadNet:
 
     vertices: Array
     quads: NDArray[np.int64]
+
+    @property
+    def edge_length(self) -> float:
+        """Median side of the quads."""
+        sides = self.vertices[self.quads] - self.vertices[np.roll(self.quads, -1, axis=1)]
+        return float(np.median(np.linalg.norm(sides, axis=2)))
 
 
 def quad_net(
@@ -91,7 +96,7 @@ def _level_set(
             "no surface could be found through the cloud: the points do not enclose a part; "
             "check the columns of the file and that the scan covers the part"
         ) from error
-    # Crumbs are level sets round stray points: they lie farther from the cloud or are tiny.
+    # Crumbs: level sets round stray points.
     n = len(vertices)
     links = coo_array(
         (np.ones(2 * len(triangles)), (triangles[:, :2].ravel(), triangles[:, 1:].ravel())),
@@ -133,8 +138,3 @@ def _quiet_stdout() -> Iterator[None]:
             os.dup2(saved, 1)
             os.close(saved)
 
-
-def distance_to_net(net: QuadNet, points: Array) -> Array:
-    """Distance from points to the nearest quad centre, shape ``(n,)``."""
-    centres = net.vertices[net.quads].mean(axis=1)
-    return np.asarray(cKDTree(centres).query(points)[0])

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
+from crispline.net.graph import components
 from crispline.options import DetectOptions
 from crispline.surface.base import Array
 
@@ -68,16 +68,6 @@ def detect(
     spread = normal_spread(normals, adjacency, is_curved, options.rings)
     is_sharp = is_curved & (spread > np.radians(options.spread_deg))
     return Detection(is_curved, is_sharp, high / edge_length)
-
-
-def components(adjacency: csr_array, members: Mask) -> NDArray[np.int64]:
-    """Label of the connected component within ``members``; non-members are alone, shape ``(m,)``."""
-    links = adjacency.tocoo()
-    keep = members[links.row] & members[links.col]
-    graph = csr_array(
-        (np.ones(int(keep.sum())), (links.row[keep], links.col[keep])), shape=adjacency.shape
-    )
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def normal_spread(normals: Array, adjacency: csr_array, is_curved: Mask, rings: int) -> Array:

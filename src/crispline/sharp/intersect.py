@@ -23,7 +23,7 @@ instead of far away where their tangent planes cross.
 """
 _MAX_STEPS = 40
 _MAX_STEP = 2.0
-_CONVERGED = 1e-12
+_CONVERGED = 1e-10
 
 
 class Constraint(Protocol):
@@ -52,14 +52,21 @@ def intersect(points: Array, constraints: Sequence[Constraint]) -> tuple[Array, 
     for _ in range(_MAX_STEPS):
         if not active.size:
             break
-        normals, distances = equations(located[active], constraints)
-        inverse = np.linalg.pinv(normals, rcond=CUTOFF)
-        step = np.einsum("nij,nj->ni", inverse, distances)
+        step = newton_step(located[active], constraints)
         length = np.linalg.norm(step, axis=1)
         step *= np.minimum(1.0, _MAX_STEP / np.maximum(length, _MAX_STEP))[:, None]
         located[active] += step
         active = active[length > _CONVERGED]
     return located, distance(located, constraints)
+
+
+def newton_step(points: Array, constraints: Sequence[Constraint]) -> Array:
+    """The shortest step to where the constraints' tangent planes meet, shape ``(n, 3)``.
+
+    Its length is, to first order, the distance to the common points.
+    """
+    normals, distances = equations(points, constraints)
+    return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(normals, rcond=CUTOFF), distances))
 
 
 def damped_intersect(

@@ -32,6 +32,24 @@ from crispline.sharp.trace import guide_along
 from crispline.surface.base import Array
 
 
+@dataclass(frozen=True)
+class Located:
+    """Where everything is.
+
+    Attributes
+    ----------
+    model : faces in the order of their labels, with honest gaps.
+    topology : the border network after collapses and splits; its chains stand
+        in the order of the model's edges.
+    warnings : one sentence per corner or border that the surfaces do not
+        determine, and per collapsed border.
+    """
+
+    model: Model
+    topology: Topology
+    warnings: tuple[str, ...]
+
+
 def locate(
     topology: Topology,
     net_vertices: Array,
@@ -39,7 +57,7 @@ def locate(
     cloud: cKDTree,
     sigma: float,
     options: LocateOptions,
-) -> tuple[Model, tuple[str, ...]]:
+) -> Located:
     """Turn a labelled net and its fitted surfaces into a boundary representation.
 
     Parameters
@@ -50,12 +68,6 @@ def locate(
     cloud : the raw points, spacings.
     sigma : noise of the raw points, spacings.
     options : what is accepted.
-
-    Returns
-    -------
-    model : faces in the order of their labels, with honest gaps.
-    warnings : one sentence per corner or border that the surfaces do not
-        determine, and per collapsed border.
     """
     search = _Search(regions, cloud, sigma, options)
     topology = split_at_branches(topology, net_vertices, regions)
@@ -80,7 +92,8 @@ def locate(
         for chain, border in zip(topology.chains, borders, strict=True)
     ]
     warnings += _doubts(topology, corners, creases)
-    return _model(topology, regions, corners, borders, creases, options), tuple(warnings)
+    model = _model(topology, regions, corners, borders, creases, options)
+    return Located(model, topology, tuple(warnings))
 
 
 @dataclass(frozen=True)

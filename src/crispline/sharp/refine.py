@@ -9,11 +9,19 @@ from numpy.typing import NDArray
 
 from crispline.curve import Curve, circle_through, interpolated, line_through, resampled
 from crispline.options import LocateOptions
-from crispline.sharp.intersect import Constraint, distance, intersect, tangents
+from crispline.sharp.intersect import (
+    Constraint,
+    distance,
+    intersect,
+    newton_step,
+    tangents,
+)
 from crispline.surface.base import Array
 
 _MAX_NODES = 200
+_SAME = 1e-9
 _MIN_SPAN = 0.1
+_MAX_PARTS = 8
 _MIN_STRENGTH = 0.05
 _LOOSE_REACH = 3.0
 
@@ -68,16 +76,24 @@ def _reached_ends(
 
 
 def _even(points: Array, n: int, constraints: Sequence[Constraint]) -> Array:
-    """``n`` points at nearly even steps on the constraints; the ends stay."""
+    """At most ``n`` points at nearly even steps on the constraints; the ends stay."""
     even, _ = intersect(resampled(points, n), constraints)
     even[0], even[-1] = points[0], points[-1]
-    return even
+    return _distinct(even)
+
+
+def _distinct(points: Array) -> Array:
+    """The points without inner ones that repeat the one before or the last."""
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1) > _SAME
+    keep = np.concatenate([[True], step[:-1], [True]])
+    keep[-2] &= step[-1]
+    return np.asarray(points[keep])
 
 
 def _refined(
     points: Array, is_closed: bool, constraints: Sequence[Constraint], tolerance: float
 ) -> Array:
-    """Interpolation nodes, halved wherever the curve between two leaves the constraints."""
+    """Interpolation nodes, denser wherever the curve between two leaves the constraints."""
     ends = points[[0, -1]]
     end_gaps = _loose_gaps(ends, constraints, tolerance)
 
@@ -93,16 +109,28 @@ def _refined(
     while True:
         curve = interpolated(nodes, is_closed, _end_tangents(nodes, constraints))
         knots = np.unique(curve.knots)
-        middle = curve.evaluate(0.5 * (knots[:-1] + knots[1:]))
-        feet, _ = intersect(middle, constraints)
-        # The deviation peaks in the middle of a span; keep a margin for where it does not.
-        is_off = np.linalg.norm(feet - middle, axis=1) > 0.5 * tolerance
+        spans = np.diff(knots)
+        middle = curve.evaluate(knots[:-1] + 0.5 * spans)
+        deviation = np.linalg.norm(newton_step(middle, constraints), axis=1)
         gap = allowed_gap(middle)
-        is_off &= (gap == 0.0) | (distance(middle, constraints) > gap)
-        is_off &= np.diff(knots) > _MIN_SPAN
-        if not is_off.any() or len(nodes) + is_off.sum() > _MAX_NODES:
+        is_decided = (gap == 0.0) | (distance(middle, constraints) > gap)
+        # The deviation peaks in the middle of a span; half keeps a margin for where it does
+        # not. It falls with the fourth power of the span, except next to a loose end.
+        ratio = np.where(is_decided, deviation / (0.5 * tolerance), 0.0)
+        most = np.where(gap > 0.0, 2, _MAX_PARTS)
+        n_parts = np.clip(np.ceil(ratio**0.25), 1, most).astype(int)
+        n_parts[spans < _MIN_SPAN] = 1
+        if len(nodes) + (n_parts - 1).sum() > _MAX_NODES:
+            n_parts = np.minimum(n_parts, 2)
+        if n_parts.max() == 1 or len(nodes) + (n_parts - 1).sum() > _MAX_NODES:
             return nodes
-        nodes = np.insert(nodes, np.flatnonzero(is_off) + 1, feet[is_off], axis=0)
+        added = [
+            start + span * np.arange(1, n) / n
+            for start, span, n in zip(knots[:-1], spans, n_parts, strict=True)
+        ]
+        feet, _ = intersect(curve.evaluate(np.concatenate(added)), constraints)
+        after = np.repeat(np.arange(len(spans)) + 1, n_parts - 1)
+        nodes = _distinct(np.insert(nodes, after, feet, axis=0))
 
 
 def _loose_gaps(ends: Array, constraints: Sequence[Constraint], tolerance: float) -> Array:

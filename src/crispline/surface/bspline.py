@@ -34,9 +34,7 @@ class BSplineSurface(Surface):
     @property
     def domain(self) -> tuple[Array, Array]:
         """Smallest and largest ``(u, v)``, each of shape ``(2,)``."""
-        ends = np.array(
-            [self.knots_u[[DEGREE, -DEGREE - 1]], self.knots_v[[DEGREE, -DEGREE - 1]]]
-        )
+        ends = np.array([self.knots_u[[DEGREE, -DEGREE - 1]], self.knots_v[[DEGREE, -DEGREE - 1]]])
         return ends[:, 0], ends[:, 1]
 
     def evaluate(self, u: Array, v: Array, du: int = 0, dv: int = 0) -> Array:
@@ -72,11 +70,12 @@ class BSplineSurface(Surface):
 
         Returns
         -------
-        u, v : clipped to the domain. The distance never grows from the start values.
+        u, v : clipped to the domain. The distance does not grow from the start values.
         """
         low, high = self.domain
         uv = np.clip(np.column_stack([u, v]), low, high)
         largest = (high - low) / [len(self.knots_u) - 7, len(self.knots_v) - 7]
+        rounding = (_CONVERGED * float(np.max(high - low))) ** 2
         best = uv.copy()
         best_distance = np.full(len(uv), np.inf)
         step = np.zeros_like(uv)
@@ -87,7 +86,8 @@ class BSplineSurface(Surface):
             )
             offset = points[active] - surface[0]
             distance = np.einsum("ij,ij->i", offset, offset)
-            is_lower = distance <= best_distance[active] * (1.0 + 1e-14)
+            # Slack for rounding: at the foot a distance resolves only half the digits.
+            is_lower = distance <= best_distance[active] * (1.0 + 1e-9) + rounding
             lower = active[is_lower]
             best[lower], best_distance[lower] = uv[lower], distance[is_lower]
             if count == n_steps:
@@ -112,21 +112,18 @@ class BSplineSurface(Surface):
         }
 
     def transformed(self, similarity: Similarity) -> BSplineSurface:
-        return BSplineSurface(
-            self.knots_u, self.knots_v, similarity.points(self.control_points)
-        )
+        return BSplineSurface(self.knots_u, self.knots_v, similarity.points(self.control_points))
 
     @property
     def n_parameters(self) -> int:
-        return 3 * self.control_points.shape[0] * self.control_points.shape[1]
+        return int(self.control_points.size)
 
     @cached_property
     def _samples(self) -> tuple[cKDTree, Array, Array]:
         """Search tree over a grid of surface points, with their parameters."""
         low, high = self.domain
         n_u, n_v = (
-            _SAMPLES_PER_SPAN * (len(k) - 2 * DEGREE - 1) + 1
-            for k in (self.knots_u, self.knots_v)
+            _SAMPLES_PER_SPAN * (len(k) - 2 * DEGREE - 1) + 1 for k in (self.knots_u, self.knots_v)
         )
         grid_u, grid_v = np.meshgrid(
             np.linspace(low[0], high[0], n_u), np.linspace(low[1], high[1], n_v), indexing="ij"
@@ -134,27 +131,24 @@ class BSplineSurface(Surface):
         u, v = grid_u.ravel(), grid_v.ravel()
         return cKDTree(self.evaluate(u, v)), u, v
 
-    def _derivatives(
-        self, u: Array, v: Array, orders: tuple[tuple[int, int], ...]
-    ) -> list[Array]:
-        """Several derivatives at once, each of shape ``(n, 3)``, from one gather of control points."""
+    def _derivatives(self, u: Array, v: Array, orders: tuple[tuple[int, int], ...]) -> list[Array]:
+        """Several derivatives from one gather of control points, each of shape ``(n, 3)``."""
         first_u, basis_u = basis_functions(self.knots_u, u, max(du for du, _ in orders))
         first_v, basis_v = basis_functions(self.knots_v, v, max(dv for _, dv in orders))
         n_v = self.control_points.shape[1]
         flat = self.control_points.reshape(-1, 3)
         near = np.arange(DEGREE + 1)
         index = (first_u[:, None] + near)[:, :, None] * n_v + (first_v[:, None] + near)[:, None, :]
-        # Contract v first, once for every v-derivative; then each wanted pair along u.
-        local = flat[index].reshape(len(u), 4, 4, 3)
-        along_u = {dv: basis_v[dv][:, None, None, :] @ local for dv in {dv for _, dv in orders}}
-        return [
-            (basis_u[du][:, None, :] @ along_u[dv][:, :, 0, :])[:, 0, :] for du, dv in orders
-        ]
+        local = flat.take(index, axis=0).reshape(len(u), 4, 12)
+        # Contract u first, once for every u-derivative; then each wanted pair along v.
+        along_v = {
+            du: (basis_u[du][:, None, :] @ local).reshape(len(u), 4, 3)
+            for du in {du for du, _ in orders}
+        }
+        return [(basis_v[dv][:, None, :] @ along_v[du])[:, 0, :] for du, dv in orders]
 
 
-def _newton_steps(
-    offset: Array, surface: list[Array], uv: Array, low: Array, high: Array
-) -> Array:
+def _newton_steps(offset: Array, surface: list[Array], uv: Array, low: Array, high: Array) -> Array:
     """Newton steps ``(n, 2)`` towards the foot points, along the border where it holds them back.
 
     ``surface`` holds S, S_u, S_v, S_uu, S_uv, S_vv. Where the Hessian is not
@@ -169,8 +163,7 @@ def _newton_steps(
     full_c = c - np.einsum(dot, offset, s_vv)
     is_convex = (full_a > 0.0) & (full_a * full_c - full_b**2 > 1e-3 * (a * c - b**2))
     a, b, c = (
-        np.where(is_convex, full, plain)
-        for full, plain in ((full_a, a), (full_b, b), (full_c, c))
+        np.where(is_convex, full, plain) for full, plain in ((full_a, a), (full_b, b), (full_c, c))
     )
     blocked = ((uv <= low) & (gradient < 0.0)) | ((uv >= high) & (gradient > 0.0))
     gradient = np.where(blocked, 0.0, gradient)

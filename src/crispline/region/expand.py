@@ -1,0 +1,134 @@
+"""Move region borders to where the fitted surfaces put them: alpha expansion.
+
+Boykov, Veksler and Zabih 2001: every label in turn may take any patch near a
+border if that lowers the sum of the misfit of the patches' points and the
+length of the borders; each such move is a minimum cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, maximum_flow
+
+from crispline.cloud.working import WorkingCloud
+from crispline.options import RegionOptions
+from crispline.region.patches import Labels, PatchGraph
+from crispline.region.regionfit import RegionFit
+from crispline.surface.base import Array
+
+_N_POINTS = 4  # raw points that speak for a patch
+_MISFIT_CAP = 8.0  # squared residuals over 2 sigma^2 count no more than this
+_TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight (1 - cos), capped
+_OUT_OF_REACH = 1e3
+_SCALE = 1000  # costs become integers for the maximum flow
+_SWEEPS = 2
+
+
+def expand_regions(
+    label: Labels,
+    fits: Mapping[int, RegionFit],
+    cloud: WorkingCloud,
+    graph: PatchGraph,
+    sigma: float,
+    options: RegionOptions,
+) -> Labels:
+    """Labels of least cost near the borders, shape ``(m,)``; labels may end in several pieces."""
+    label = label.copy()
+    a, b = graph.pairs.T
+    at_border = np.zeros(len(label), dtype=bool)
+    at_border[graph.pairs[label[a] != label[b]].ravel()] = True
+    band = graph.rings(at_border, options.expansion_rings)
+    costs = {
+        region: _cost(region, fits[region], label, band, cloud, graph, sigma, options)
+        for region in np.unique(label[band]).tolist()
+    }
+    for _ in range(_SWEEPS):
+        before = label.copy()
+        for region in costs:
+            label = _expansion(region, label, costs, graph.pairs, options.border_cost)
+        if np.array_equal(label, before):
+            break
+    return label
+
+
+def misfit(surface_fit: RegionFit, patches: NDArray[np.int64], cloud: WorkingCloud,
+           graph: PatchGraph) -> Array:
+    """Distance of the raw points nearest to each patch from a surface, shape ``(k, 4)``, spacings."""
+    _, nearest = cloud.tree.query(graph.points[patches], k=_N_POINTS, workers=-1)
+    distance = surface_fit.surface.signed_distance(cloud.points[nearest].reshape(-1, 3))
+    return np.abs(distance).reshape(-1, _N_POINTS)
+
+
+def _cost(
+    region: int,
+    fit: RegionFit,
+    label: Labels,
+    band: NDArray[np.bool_],
+    cloud: WorkingCloud,
+    graph: PatchGraph,
+    sigma: float,
+    options: RegionOptions,
+) -> Array:
+    """Cost of giving each patch to a region; out of reach away from it, shape ``(m,)``."""
+    reach = np.flatnonzero(graph.rings(label == region, options.expansion_rings) & band)
+    distance = misfit(fit, reach, cloud, graph)
+    data = np.minimum(distance**2 / (2.0 * sigma**2), _MISFIT_CAP).mean(axis=1)
+    directions = fit.surface.project(graph.points[reach])[1] * fit.orientation
+    turn = 1.0 - np.einsum("ij,ij->i", directions, graph.normals[reach])
+    cost = np.full(len(label), _OUT_OF_REACH)
+    cost[reach] = data + np.minimum(_TURN_WEIGHT * turn, _TURN_CAP)
+    return cost
+
+
+def _expansion(
+    region: int, label: Labels, costs: Mapping[int, Array], pairs: NDArray[np.int64], border: float
+) -> Labels:
+    """The best labelling in which patches either keep their label or take ``region``."""
+    own = costs[region]
+    active = np.flatnonzero(own < _OUT_OF_REACH)
+    if len(active) == 0:
+        return label
+    index = np.full(len(label), -1)
+    index[active] = np.arange(len(active))
+    current = np.zeros(len(active))
+    for other in np.unique(label[active]).tolist():
+        held = label[active] == other
+        current[held] = costs[other][active[held]]
+    gain = own[active] - current  # cost of taking the region, relative to keeping the label
+
+    p, q = pairs.T
+    cost_keep = border * (label[p] != label[q])
+    cost_p_keeps = border * (label[p] != region)  # q takes the region, p does not
+    cost_q_keeps = border * (label[q] != region)
+    p_in, q_in = index[p] >= 0, index[q] >= 0
+    only_p, only_q, both = p_in & ~q_in, q_in & ~p_in, p_in & q_in
+    np.add.at(gain, index[p[only_p]], (cost_q_keeps - cost_keep)[only_p])
+    np.add.at(gain, index[q[only_q]], (cost_p_keeps - cost_keep)[only_q])
+    # Kolmogorov and Zabih 2004: a regular pair term is two unary terms and one arc.
+    np.add.at(gain, index[p[both]], (cost_q_keeps - cost_keep)[both])
+    np.add.at(gain, index[q[both]], -cost_q_keeps[both])
+    arc = (cost_p_keeps + cost_q_keeps - cost_keep)[both]
+    gain[label[active] == region] = -_OUT_OF_REACH  # keeping and taking are the same
+
+    n = len(active)
+    source, sink = n, n + 1
+    keeps, takes = np.flatnonzero(gain > 0.0), np.flatnonzero(gain <= 0.0)
+    tail = np.concatenate([np.full(len(keeps), source), takes, index[p[both]]])
+    head = np.concatenate([keeps, np.full(len(takes), sink), index[q[both]]])
+    capacity = np.round(_SCALE * np.concatenate([gain[keeps], -gain[takes], arc]))
+    graph = csr_array((capacity.astype(np.int32), (tail, head)), shape=(n + 2, n + 2))
+    graph.sum_duplicates()
+    graph.eliminate_zeros()
+    residual = graph - maximum_flow(graph, source, sink).flow
+    residual.data[residual.data < 0] = 0
+    residual.eliminate_zeros()
+    kept = breadth_first_order(residual, source, return_predecessors=False)
+    taken = np.ones(n + 2, dtype=bool)
+    taken[kept] = False
+    label = label.copy()
+    label[active[taken[:n]]] = region
+    return label

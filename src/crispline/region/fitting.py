@@ -1,0 +1,115 @@
+"""Fit every region to its raw points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from crispline.cloud.working import WorkingCloud
+from crispline.fit.choose import KINDS, choose_surface
+from crispline.net.halfedge import HalfEdges
+from crispline.options import FitOptions
+from crispline.region.patches import Labels, PatchGraph
+from crispline.region.regionfit import RegionFit
+from crispline.surface import Surface
+from crispline.surface.base import Array
+
+_MIN_POINTS = 30
+
+
+@dataclass(frozen=True)
+class LabelledCloud:
+    """Raw points with the region and the clearance that a labelled net gives them.
+
+    Attributes
+    ----------
+    points, normals : shape ``(n, 3)``, spacings; normals outward.
+    region : label of the nearest patch, shape ``(n,)``.
+    clearance : distance to the nearest region border, shape ``(n,)``, spacings.
+    """
+
+    points: Array
+    normals: Array
+    region: Labels
+    clearance: Array
+
+    def samples(self, region: int, options: FitOptions) -> tuple[Array, Array, Array]:
+        """Points, normals and clearances that may enter the fit of a region.
+
+        Points within ``options.border_margin`` of the border are left out as long
+        as enough others remain: near an edge, noise takes points to the wrong side.
+        """
+        members = np.flatnonzero(self.region == region)
+        clear = members[self.clearance[members] > options.border_margin]
+        if len(clear) < _MIN_POINTS:
+            order = np.argsort(-self.clearance[members], kind="stable")
+            clear = np.sort(members[order[: max(_MIN_POINTS, len(members) // 2)]])
+        return self.points[clear], self.normals[clear], self.clearance[clear]
+
+
+def label_cloud(
+    cloud: WorkingCloud,
+    normals: Array,
+    net_vertices: Array,
+    quads: HalfEdges,
+    graph: PatchGraph,
+    label: Labels,
+) -> LabelledCloud:
+    """Carry the labels of the patches over to the raw points."""
+    _, nearest = graph.tree.query(cloud.points, workers=-1)
+    left = label[quads.quad]
+    right = np.where(quads.twin >= 0, left[np.maximum(quads.twin, 0)], -1)
+    border = left != right
+    ends = net_vertices[quads.origin[border]], net_vertices[quads.target[border]]
+    if border.any():
+        marks = np.concatenate([ends[0], 0.5 * (ends[0] + ends[1])])
+        clearance, _ = cKDTree(marks).query(cloud.points, workers=-1)
+    else:
+        clearance = np.full(len(cloud.points), np.inf)
+    agree = np.einsum("ij,ij->i", normals, graph.normals[nearest])
+    return LabelledCloud(
+        cloud.points,
+        np.where((agree < 0.0)[:, None], -normals, normals),
+        label[nearest],
+        np.asarray(clearance),
+    )
+
+
+def fit_regions(
+    labelled: LabelledCloud,
+    graph: PatchGraph,
+    label: Labels,
+    sigma: float,
+    options: FitOptions,
+    known: Mapping[int, tuple[RegionFit, int]],
+) -> dict[int, tuple[RegionFit, int]]:
+    """The surface of every region, with a fingerprint of the points it was fitted to.
+
+    Regions whose fingerprint has not changed since ``known`` keep their fit.
+    """
+    fits: dict[int, tuple[RegionFit, int]] = {}
+    for region in np.unique(label).tolist():
+        points, normals, clearance = labelled.samples(region, options)
+        if len(points) < _MIN_POINTS // 2:
+            members = label == region
+            points, normals = graph.points[members], graph.normals[members]
+            clearance = np.full(len(points), 3.0)
+        fingerprint = hash(points.tobytes())
+        if region in known and known[region][1] == fingerprint:
+            fits[region] = known[region]
+            continue
+        kinds = KINDS if len(points) >= 2 * _MIN_POINTS else KINDS[:-1]
+        fit = choose_surface(points, normals, sigma, options, kinds, clearance)
+        fits[region] = region_fit(fit.surface, points, normals), fingerprint
+    return fits
+
+
+def region_fit(surface: Surface, points: Array, normals: Array) -> RegionFit:
+    """Attach points and the outward side to a surface."""
+    feet, directions = surface.project(points)
+    side = 1 if float(np.einsum("ij,ij->", directions, normals)) >= 0.0 else -1
+    residuals = np.einsum("ij,ij->i", points - feet, directions)
+    return RegionFit(surface, side, points, residuals)

@@ -1,0 +1,99 @@
+"""Patches to regions, each with the one surface that its raw points lie on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crispline.cloud.working import WorkingCloud
+from crispline.net.halfedge import HalfEdges
+from crispline.options import FitOptions, RegionOptions
+from crispline.region.basins import basins, consecutive
+from crispline.region.cleanup import tidy
+from crispline.region.expand import expand_regions
+from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
+from crispline.region.merge import merge_regions
+from crispline.region.patches import Labels, PatchGraph
+from crispline.region.regionfit import RegionFit
+from crispline.region.split import split_into_surfaces
+from crispline.region.swallowed import release_swallowed
+from crispline.surface.base import Array
+
+_MERGE_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """A labelled net and the surface of every label.
+
+    Attributes
+    ----------
+    label : region of every patch, 0, 1, ..., shape ``(m,)``.
+    fits : surface of every region.
+    """
+
+    label: Labels
+    fits: dict[int, RegionFit]
+
+
+def segment(
+    cloud: WorkingCloud,
+    normals: Array,
+    net_vertices: Array,
+    quads: HalfEdges,
+    graph: PatchGraph,
+    is_sharp: NDArray[np.bool_],
+    sigma: float,
+    options: RegionOptions,
+    fit_options: FitOptions,
+) -> Segmentation:
+    """Basins between the sharp bands, split into surfaces, refined against the raw points.
+
+    Each round fits every region, merges what one surface explains, and moves
+    the borders to where the surfaces put them.
+
+    Parameters
+    ----------
+    normals : outward normals of the cloud, shape ``(n, 3)``.
+    is_sharp : sharp patches, shape ``(m,)``.
+    sigma : noise of the raw points along the normal, spacings.
+    """
+    label = basins(graph.points, graph.normals, graph.pairs, is_sharp, graph.edge_length, options)
+    patch_sigma = options.patch_noise * sigma
+    label = split_into_surfaces(label, graph, is_sharp, patch_sigma, options, fit_options)
+    label = tidy(label, quads, options.min_patches)
+    known: dict[int, tuple[RegionFit, int]] = {}
+    refused: set[tuple[int, int, int, int]] = set()
+
+    def fitted(with_options: FitOptions) -> tuple[LabelledCloud, dict[int, RegionFit]]:
+        nonlocal known
+        labelled = label_cloud(cloud, normals, net_vertices, quads, graph, label)
+        known = fit_regions(labelled, graph, label, sigma, with_options, known)
+        return labelled, {region: fit for region, (fit, _) in known.items()}
+
+    # Borders settle on a part of the points; only the last fit takes them all.
+    draft = replace(fit_options, max_points=options.draft_points)
+    for round_number in range(options.rounds):
+        labelled, fits = fitted(draft)
+        for _ in range(_MERGE_ROUNDS):
+            merged = merge_regions(label, fits, labelled, graph, sigma, options, draft, refused)
+            if np.array_equal(merged, label):
+                break
+            label = tidy(merged, quads, options.min_patches)
+            labelled, fits = fitted(draft)
+        label = expand_regions(label, fits, cloud, graph, sigma, options)
+        if round_number == 0:
+            label = tidy(label, quads, options.min_patches)
+            _, fits = fitted(draft)
+            label = release_swallowed(
+                label, fits, cloud, graph, sigma, options.min_patches, options
+            )
+        label = tidy(label, quads, options.min_patches)
+    known = {}
+    _, fits = fitted(fit_options)
+    names = np.unique(label)
+    return Segmentation(
+        consecutive(label), {int(np.searchsorted(names, r)): fit for r, fit in fits.items()}
+    )

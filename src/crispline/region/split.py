@@ -1,0 +1,171 @@
+"""Split smooth regions into patches of one surface each.
+
+In a filleted part most of the area is one tangent-continuous region: what ends
+one face and begins the next is not a crease but another surface.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, dijkstra
+
+from crispline.fit.choose import PRIMITIVE_FITS, choose_surface
+from crispline.fit.robust import thinned
+from crispline.net.graph import components
+from crispline.options import FitOptions, RegionOptions
+from crispline.region.basins import consecutive, grow_into_gaps
+from crispline.region.patches import Labels, PatchGraph
+from crispline.surface import Surface
+from crispline.surface.base import Array
+
+_N_FIT = 250
+_GROWTH_STEPS = 6
+
+
+def split_into_surfaces(
+    label: Labels,
+    graph: PatchGraph,
+    is_sharp: NDArray[np.bool_],
+    sigma: float,
+    options: RegionOptions,
+    fit_options: FitOptions,
+) -> Labels:
+    """Labels after splitting every region that no primitive explains, shape ``(m,)``.
+
+    A region is kept whole if one primitive passes on it. Otherwise primitives
+    are grown from seeds, largest clearance first; what is left over in pieces
+    of ``options.min_free_patches`` or more stays together as free form, the
+    rest goes to its neighbours.
+
+    Parameters
+    ----------
+    sigma : noise of the patch centres, spacings (smaller than that of the points).
+    """
+    near_crease = graph.rings(is_sharp, 1)
+    new = np.full(len(label), -1, dtype=np.int64)
+    count = 0
+    for region in np.unique(label):
+        members = np.flatnonzero(label == region)
+        inner = members[~near_crease[members]]
+        if len(inner) < options.min_patches or _is_one_primitive(inner, graph, sigma, fit_options):
+            new[members] = count
+            count += 1
+            continue
+        parts = _grown_primitives(members, inner, graph, sigma, options)
+        for part in parts:
+            new[part] = count
+            count += 1
+        rest = np.zeros(len(label), dtype=bool)
+        rest[members] = True
+        rest[new >= 0] = False
+        piece = components(graph.adjacency, rest)
+        names, sizes = np.unique(piece[rest], return_counts=True)
+        for name, size in zip(names, sizes, strict=True):
+            if size >= options.min_free_patches or (not parts and size == sizes.max()):
+                new[rest & (piece == name)] = count
+                count += 1
+    within = label[graph.pairs[:, 0]] == label[graph.pairs[:, 1]]
+    new = grow_into_gaps(new, graph.pairs[within], graph.points, graph.normals)
+    return consecutive(grow_into_gaps(new, graph.pairs, graph.points, graph.normals))
+
+
+def _is_one_primitive(
+    inner: NDArray[np.int64], graph: PatchGraph, sigma: float, options: FitOptions
+) -> bool:
+    sample = inner[thinned(len(inner), 2 * _N_FIT)]
+    fit = choose_surface(
+        graph.points[sample], graph.normals[sample], sigma, options, tuple(PRIMITIVE_FITS)
+    )
+    return fit.is_accepted
+
+
+def _grown_primitives(
+    members: NDArray[np.int64],
+    inner: NDArray[np.int64],
+    graph: PatchGraph,
+    sigma: float,
+    options: RegionOptions,
+) -> list[NDArray[np.int64]]:
+    """Patches of the primitives found by growing seeds within ``members``, largest seeds first."""
+    local = csr_array(graph.adjacency[members][:, members])
+    points, normals = graph.points[members], graph.normals[members]
+    free = np.ones(len(members), dtype=bool)
+    may_seed = np.isin(members, inner)
+    parts: list[NDArray[np.int64]] = []
+    while True:
+        seed = _clearest(local, free, may_seed & free)
+        if seed is None:
+            return [members[part] for part in parts]
+        start = _ball(local, free, seed, options.seed_patches)
+        best: NDArray[np.int64] | None = None
+        if len(start) >= options.min_patches:
+            for kind in PRIMITIVE_FITS:
+                grown = _grow(kind, start, points, normals, local, free, sigma, options)
+                if grown is not None and (best is None or len(grown) > 1.05 * len(best)):
+                    best = grown
+        if best is None or len(best) < options.min_free_patches:
+            may_seed[start] = False
+            may_seed[seed] = False
+            continue
+        parts.append(best)
+        free[best] = False
+
+
+def _clearest(
+    local: csr_array, free: NDArray[np.bool_], may_seed: NDArray[np.bool_]
+) -> int | None:
+    """The seed patch farthest from everything taken; None if no patch may seed."""
+    if not may_seed.any():
+        return None
+    degree = np.asarray(local @ free.astype(np.float64))
+    border = np.flatnonzero(~free | (free & (degree < 4)))
+    if len(border) == 0:
+        return int(np.flatnonzero(may_seed)[0])
+    clearance = np.asarray(dijkstra(local, indices=border, min_only=True, unweighted=True))
+    return int(np.argmax(np.where(may_seed, clearance, -1.0)))
+
+
+def _ball(local: csr_array, free: NDArray[np.bool_], seed: int, size: int) -> NDArray[np.int64]:
+    """The ``size`` free patches that are nearest to the seed over sides."""
+    ids = np.flatnonzero(free)
+    order = breadth_first_order(
+        local[ids][:, ids], int(np.searchsorted(ids, seed)), return_predecessors=False
+    )
+    return np.asarray(ids[order[:size]], dtype=np.int64)
+
+
+def _grow(
+    kind: str,
+    start: NDArray[np.int64],
+    points: Array,
+    normals: Array,
+    local: csr_array,
+    free: NDArray[np.bool_],
+    sigma: float,
+    options: RegionOptions,
+) -> NDArray[np.int64] | None:
+    """Patches connected to the seed that a primitive, refitted as it grows, explains."""
+    current = start
+    surface: Surface | None = None
+    for _ in range(_GROWTH_STEPS):
+        sample = current[thinned(len(current), _N_FIT)]
+        surface = PRIMITIVE_FITS[kind](points[sample], normals[sample], sigma)
+        if surface is None:
+            return None
+        feet, directions = surface.project(points)
+        residual = np.einsum("ij,ij->i", points - feet, directions)
+        turn = np.einsum("ij,ij->i", normals, directions)
+        turn *= np.sign(turn[start].sum()) or 1.0
+        close = free & (np.abs(residual) < 3.0 * sigma)
+        close &= turn > np.cos(np.radians(options.grow_deg))
+        if close[start].mean() < 0.8:
+            return None
+        piece = components(local, close)
+        names, votes = np.unique(piece[start[close[start]]], return_counts=True)
+        grown = np.flatnonzero(close & (piece == names[np.argmax(votes)]))
+        if len(grown) <= 1.02 * len(current):
+            return grown
+        current = grown
+    return current

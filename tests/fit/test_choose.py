@@ -1,0 +1,138 @@
+import numpy as np
+import pytest
+
+from crispline.fit.choose import (
+    KINDS,
+    PRIMITIVE_FITS,
+    choose_surface,
+    explains,
+    faces_alike,
+    fit_jointly,
+)
+from crispline.options import FitOptions
+from crispline.surface import Cylinder, Plane
+
+OPTIONS = FitOptions()
+
+
+@pytest.mark.parametrize("kind", list(PRIMITIVE_FITS))
+@pytest.mark.parametrize("n", [400, 4000])
+@pytest.mark.parametrize("sigma", [0.0, 0.05, 0.15, 0.3])
+def test_the_right_kind_is_chosen(kind, n, sigma, patches):
+    rng = np.random.default_rng(int(1000 * sigma) + n)
+    _, points, normals = patches.scanned(patches.PATCHES[kind](n, rng), sigma, rng)
+    fit = choose_surface(points, normals, sigma, OPTIONS)
+    assert fit.surface.kind == kind
+    assert fit.is_accepted
+    assert fit.n_points == n
+    assert fit.rms == pytest.approx(sigma, rel=0.15, abs=1e-9)
+
+
+def test_a_thin_ring_of_a_bore_is_a_cylinder_and_not_a_sphere(patches):
+    rng = np.random.default_rng(0)
+    _, points, normals = patches.scanned(patches.cylinder(300, rng, 20.0, 360.0), 0.1, rng)
+    assert choose_surface(points, normals, 0.1, OPTIONS).surface.kind == "cylinder"
+
+
+def test_a_ring_without_width_is_not_accepted_as_the_plane_it_lies_in(patches):
+    rng = np.random.default_rng(0)
+    _, points, normals = patches.cylinder(60, rng, 20.0, 360.0)
+    fit = choose_surface(points, normals, 0.1, OPTIONS, kinds=("plane",))
+    assert fit.rms < 0.3
+    assert not fit.is_accepted
+
+
+@pytest.mark.parametrize("sigma", [0.05, 0.2])
+def test_a_free_form_patch_is_a_bspline(sigma):
+    points, normals, _ = free_form(3000, sigma, np.random.default_rng(1))
+    fit = choose_surface(points, normals, sigma, OPTIONS)
+    assert fit.surface.kind == "bspline"
+    assert fit.is_accepted
+
+
+def test_two_planes_at_an_angle_are_not_accepted_as_a_primitive():
+    rng = np.random.default_rng(2)
+    x, y = rng.uniform(-15, 15, (2, 900))
+    points = np.column_stack([x, y, np.abs(x) * 0.5])
+    normals = np.column_stack([-0.5 * np.sign(x), np.zeros(900), np.ones(900)]) / np.sqrt(1.25)
+    fit = choose_surface(points, normals, 0.05, OPTIONS, kinds=KINDS[:5])
+    assert not fit.is_accepted
+
+
+def test_few_points_end_in_the_best_primitive(patches):
+    rng = np.random.default_rng(3)
+    points, normals = rng.normal(size=(12, 3)), np.tile([0.0, 0.0, 1.0], (12, 1))
+    fit = choose_surface(points, normals, 0.05, OPTIONS)
+    assert not fit.is_accepted
+    assert fit.surface.kind != "bspline"
+
+
+def test_nothing_to_fit_is_an_error():
+    points = np.outer(np.arange(4.0), [1.0, 0.0, 0.0])
+    with pytest.raises(ValueError, match="4 points"):
+        choose_surface(points, np.tile([0.0, 0.0, 1.0], (4, 1)), 0.05, OPTIONS, kinds=("plane",))
+
+
+def test_only_the_wanted_kinds_are_tried(patches):
+    rng = np.random.default_rng(3)
+    _, points, normals = patches.cylinder(400, rng)
+    fit = choose_surface(points, normals, 0.05, OPTIONS, kinds=("plane", "cone"))
+    assert fit.surface.kind == "plane"
+    assert not fit.is_accepted
+
+
+def test_explains_tells_the_surface_from_a_near_one(patches):
+    rng = np.random.default_rng(4)
+    truth, points, normals = patches.scanned(patches.cylinder(600, rng), 0.1, rng)
+    assert explains(truth, points, normals, 0.1, OPTIONS)
+    near = Cylinder(truth.origin, truth.axis, truth.radius + 0.2)
+    assert not explains(near, points, normals, 0.1, OPTIONS)
+
+
+def test_explains_rejects_points_that_face_elsewhere(patches):
+    rng = np.random.default_rng(4)
+    truth, points, normals = patches.plane(300, rng)
+    assert not explains(truth, points, normals[:, [2, 0, 1]], 0.1, OPTIONS)
+
+
+def test_either_side_of_a_surface_may_be_outside(patches):
+    _, _, normals = patches.plane(10, np.random.default_rng(0))
+    assert faces_alike(normals, normals)
+    assert faces_alike(-normals, normals)
+    half = np.where(np.arange(10) < 5, 1.0, -1.0)[:, None]
+    assert not faces_alike(half * normals, normals)
+
+
+def test_parts_of_one_cylinder_are_joined_and_of_two_are_not(patches):
+    rng = np.random.default_rng(5)
+    _, points, normals = patches.scanned(patches.cylinder(900, rng, 15.0, 200.0), 0.1, rng)
+    middle = np.median(points[:, 0])
+    one, other = points[:, 0] < middle - 1, points[:, 0] > middle + 1
+    parts = [(points[side], normals[side]) for side in (one, other)]
+    joint = fit_jointly(("plane", "cylinder"), parts, 0.1, OPTIONS)
+    assert isinstance(joint, Cylinder)
+    assert joint.radius == pytest.approx(15.0, abs=0.05)
+    stepped = [parts[0], (parts[1][0] + 0.5 * parts[1][1], parts[1][1])]
+    assert fit_jointly(("plane", "cylinder"), stepped, 0.1, OPTIONS) is None
+
+
+def test_a_small_step_between_two_planes_is_seen(patches):
+    rng = np.random.default_rng(6)
+    _, points, normals = patches.plane(400, rng)
+    parts = [(points, normals), (points[:40] + [30.0, 0.0, 0.0], normals[:40])]
+    assert isinstance(fit_jointly(("plane",), parts, 0.05, OPTIONS), Plane)
+    raised = [parts[0], (parts[1][0] + [0.0, 0.0, 0.2], parts[1][1])]
+    assert fit_jointly(("plane",), raised, 0.05, OPTIONS) is None
+
+
+def free_form(n, sigma, rng):
+    """A wavy patch: noisy points, normals, true points."""
+    side = np.sqrt(n)
+    x, y = rng.uniform(-side / 2, side / 2, (2, n))
+    z = 2.0 * np.sin(x / 8.0) * np.cos(y / 10.0)
+    slope_x = 2.0 / 8.0 * np.cos(x / 8.0) * np.cos(y / 10.0)
+    slope_y = -2.0 / 10.0 * np.sin(x / 8.0) * np.sin(y / 10.0)
+    normals = np.column_stack([-slope_x, -slope_y, np.ones(n)])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    truth = np.column_stack([x, y, z])
+    return truth + sigma * rng.normal(size=(n, 1)) * normals, normals, truth

@@ -1,0 +1,210 @@
+"""Creases between surfaces of every kind, from ragged chains."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from crispline.sharp.contact import Contact
+from crispline.sharp.intersect import intersect
+from crispline.sharp.network import corner_vertices, split
+from crispline.sharp.trace import forward, guide_along, is_sane
+from crispline.surface import (
+    BSplineSurface,
+    Cone,
+    Cylinder,
+    Plane,
+    Sphere,
+    Torus,
+    perpendicular_frame,
+    unit,
+)
+
+X, Y, Z = np.eye(3)
+ORIGIN = np.zeros(3)
+TURN = 2.0 * np.pi
+
+
+def wavy(n=12, size=50.0):
+    knots = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, n - 2), np.ones(3)])
+    greville = np.array([knots[i + 1 : i + 4].mean() for i in range(n)])
+    x, y = np.meshgrid((greville - 0.5) * size, (greville - 0.5) * size, indexing="ij")
+    return BSplineSurface(
+        knots, knots, np.stack([x, y, 3.0 * np.sin(x / 8.0) * np.cos(y / 9.0)], axis=2)
+    )
+
+
+def oblique_section(cone, normal):
+    def curve(t):
+        x, y = perpendicular_frame(cone.axis)
+        around = np.cos(TURN * t)[:, None] * x + np.sin(TURN * t)[:, None] * y
+        rulings = np.cos(cone.half_angle) * cone.axis + np.sin(cone.half_angle) * around
+        return cone.apex - ((cone.apex @ normal) / (rulings @ normal))[:, None] * rulings
+
+    return curve
+
+
+def saddle(radius, through):
+    def curve(t):
+        x, y = radius * np.cos(TURN * t), radius * np.sin(TURN * t)
+        return np.column_stack([x, y, np.sqrt(through**2 - y**2)])
+
+    return curve
+
+
+def closed_case(name, ring):
+    """Two surfaces, their closed crease and the kind of curve expected for it."""
+    tilted = unit(np.array([0.4, 0.0, 1.0]))
+    cone = Cone(20.0 * Z, -Z, np.radians(30.0))
+    cylinder = Cylinder(ORIGIN, Z, 6.0)
+    spline = wavy()
+    return {
+        "plane-cylinder": (Plane(ORIGIN, Z), cylinder, ring(6.0, 0.0), "circle"),
+        "small hole": (Plane(ORIGIN, Z), Cylinder(ORIGIN, Z, 3.0), ring(3.0, 0.0), "circle"),
+        "sphere-cylinder": (Sphere(ORIGIN, 10.0), cylinder, ring(6.0, 8.0), "circle"),
+        "cone-cylinder": (
+            Cone(-8.0 * Z, Z, np.arctan(0.75)),
+            cylinder,
+            ring(6.0, 0.0),
+            "circle",
+        ),
+        "torus-plane": (Torus(ORIGIN, Z, 12.0, 5.0), Plane(3.0 * Z, Z), ring(16.0, 3.0), "circle"),
+        "cylinder-cylinder": (Cylinder(ORIGIN, X, 15.0), cylinder, saddle(6.0, 15.0), "bspline"),
+        "nearly equal": (
+            Cylinder(ORIGIN, X, 15.0),
+            Cylinder(ORIGIN, Z, 14.0),
+            saddle(14.0, 15.0),
+            "bspline",
+        ),
+        "plane-cone": (Plane(ORIGIN, tilted), cone, oblique_section(cone, tilted), "bspline"),
+        "spline-cylinder": (
+            spline,
+            Cylinder(ORIGIN, Z, 12.0),
+            lambda t: intersect(ring(12.0, 0.0)(t), [spline, Cylinder(ORIGIN, Z, 12.0)])[0],
+            "bspline",
+        ),
+    }[name]
+
+
+@pytest.mark.parametrize(("raggedness", "seed"), [(0.0, 0), (1.5, 1)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "plane-cylinder",
+        "small hole",
+        "sphere-cylinder",
+        "cone-cylinder",
+        "torus-plane",
+        "cylinder-cylinder",
+        "nearly equal",
+        "plane-cone",
+        "spline-cylinder",
+    ],
+)
+def test_closed_crease_is_recovered(shapes, name, raggedness, seed):
+    network = shapes["Network"](raggedness, seed)
+    first, second, curve, kind = closed_case(name, shapes["ring"])
+    network.region(0, first)
+    network.region(1, second)
+    network.chain(1, 0, curve=curve)
+    model, warnings = network.located()
+    assert warnings == ()
+    (edge,) = model.edges
+    assert edge.start == edge.end
+    assert edge.curve.kind == kind
+    assert edge.is_sharp
+    assert edge.gap < (1e-9 if kind == "circle" else 1e-5)
+    # No fold, and once round: the length is the truth's.
+    samples, truth = edge.curve.samples(4000), network.truth[0]
+    assert shapes["length"](samples) == pytest.approx(shapes["length"](truth), rel=1e-3)
+    assert cKDTree(samples).query(truth)[0].max() < 0.05
+    # In the chain's direction.
+    middle = edge.curve.evaluate(np.array([edge.curve.start, edge.curve.start + 1e-3]))
+    at = cKDTree(truth[:-1]).query(middle[0])[1]
+    assert (middle[1] - middle[0]) @ (truth[at + 1] - truth[at]) > 0.0
+
+
+def test_a_tangent_dome_touches_along_its_equator(shapes):
+    network = shapes["Network"](1.0, 0)
+    network.region(0, Cylinder(ORIGIN, Z, 8.0))
+    network.region(1, Sphere(ORIGIN, 8.04))
+    network.chain(1, 0, curve=shapes["ring"](8.0, 0.0))
+    model, warnings = network.located()
+    assert warnings == ()
+    (edge,) = model.edges
+    assert edge.curve.kind == "circle"
+    assert not edge.is_sharp
+    assert edge.gap == pytest.approx(0.02, abs=1e-6)
+    np.testing.assert_allclose(edge.curve.samples(30)[:, 2], 0.0, atol=1e-6)
+
+
+def test_the_long_way_round_is_taken_if_the_chain_takes_it(shapes):
+    """A round post with a narrow flat: its arcs span nine tenths of a turn."""
+    network = shapes["Network"](0.8, 0)
+    ring, end = shapes["ring"], 0.9 * TURN
+    middle = np.array([np.cos(0.5 * end), np.sin(0.5 * end), 0.0])
+    network.region(0, Plane(ORIGIN, -Z))
+    network.region(1, Cylinder(ORIGIN, Z, 12.0))
+    network.region(2, Plane(12.0 * X, -middle))
+    network.region(3, Plane(10.0 * Z, Z))
+    corners = [
+        (network.corner(12.0, 0.0, z), network.corner(12.0 * np.cos(end), 12.0 * np.sin(end), z))
+        for z in (0.0, 10.0)
+    ]
+    for (first, last), height, (left, right) in zip(
+        corners, (0.0, 10.0), ((1, 0), (3, 1)), strict=True
+    ):
+        network.chain(left, right, first, last, lambda t, z=height: ring(12.0, z)(0.9 * t))
+    network.chain(2, 0, corners[0][1], corners[0][0])
+    network.chain(3, 2, corners[1][1], corners[1][0])
+    network.chain(2, 1, corners[0][0], corners[1][0])
+    network.chain(1, 2, corners[0][1], corners[1][1])
+    model, warnings = network.located()
+    assert warnings == ()
+    assert [edge.curve.kind for edge in model.edges] == ["circle"] * 2 + ["line"] * 4
+    for edge, truth in zip(model.edges, network.truth, strict=True):
+        np.testing.assert_allclose(edge.curve.samples(2001), truth, atol=1e-8)
+
+
+def test_contact_of_plane_and_cylinder_is_the_sheet_through_the_axis():
+    contact = Contact(Plane(5.0 * Z, Z), Cylinder(ORIGIN, X, 5.0), 1)
+    points = np.array([[0.0, 1.0, 5.0], [7.0, -2.0, 4.5], [3.0, 0.5, 6.0]])
+    for _ in range(20):
+        points, normals = contact.project(points)
+    np.testing.assert_allclose(points[:, 1], 0.0, atol=1e-9)
+    np.testing.assert_allclose(np.abs(normals), [Y] * 3, atol=1e-9)
+
+
+def test_two_planes_have_no_contact():
+    _, normals = Contact(Plane(ORIGIN, Z), Plane(Z, Z), 1).project(np.ones((4, 3)))
+    np.testing.assert_array_equal(normals, 0.0)
+
+
+def test_forward_drops_what_runs_backwards():
+    x = np.array([0.0, 1.0, 2.0, 1.5, 1.2, 2.5, 4.0, 5.5])
+    points = np.column_stack([x, np.zeros((8, 2))])
+    ends = (0.5 * X, 5.0 * X)
+    kept = forward(points, np.tile(X, (8, 1)), ends)
+    np.testing.assert_array_equal(kept[:, 0], [0.5, 1.0, 2.0, 2.5, 4.0, 5.0])
+
+
+def test_a_fold_and_a_stray_are_not_sane():
+    line = np.column_stack([np.linspace(0.0, 20.0, 21), np.zeros((21, 2))])
+    guide, cloud = guide_along(line, False), cKDTree(line)
+    assert is_sane(line, guide, 0.0, cloud, 2.2)
+    folded = line.copy()
+    folded[10, 0] = 8.5
+    assert not is_sane(folded, guide, 0.0, cloud, 2.2)
+    strayed = line + np.sin(np.linspace(0.0, np.pi, 21))[:, None] * 2.5 * Y
+    assert not is_sane(strayed, guide, 0.0, cloud, 2.2)
+
+
+def test_splitting_a_chain_keeps_the_loops(shapes):
+    topology = shapes["box"](0.0, 0).topology()
+    cut = split(topology, 0, 5)
+    assert len(cut.chains) == 13
+    assert len(corner_vertices(cut)) == 9
+    for region in (topology.chains[0].left, topology.chains[0].right):
+        assert [len(loop) for loop in cut.loops[region]] == [5]
+        (loop,) = cut.loops[region]
+        ends = [cut.chains[i].vertices[::side][[0, -1]] for i, side in loop]
+        assert all(a[1] == b[0] for a, b in zip(ends, ends[1:] + ends[:1], strict=True))
