@@ -73,6 +73,10 @@ class RegionOptions:
     """Patches this many rings from a border may change their label when borders are optimised."""
     border_cost: float = 1.0
     """Cost of a side of border, in units of one point's squared residual over 2 sigma^2."""
+    face_cost: float = 40.0
+    """Misfit that a face must explain to be kept, in the units of ``border_cost``."""
+    max_pruned_patches: int = 300
+    """Larger regions are kept whatever they explain."""
     draft_points: int = 1000
     """Raw points per fit while the borders still move."""
     rounds: int = 3

@@ -115,7 +115,7 @@ def test_constraints_are_met():
     points, normals, _ = patch(900, 0.1)
     y = np.linspace(-15, 15, 40)
     edge = np.column_stack([np.full(40, 16.0), y, wave(np.full(40, 16.0), y) + 0.3])
-    beside = edge + [0.5, 0.0, 0.0]
+    beside = edge + np.array([0.5, 0.0, 0.0])
     surface = fit_bspline_surface(points, normals, 0.1, OPTIONS, PassThrough(edge, beside))
     assert np.sqrt(np.mean(surface.signed_distance(edge) ** 2)) < 0.005
     assert np.sqrt(np.mean(surface.signed_distance(beside) ** 2)) < 0.005

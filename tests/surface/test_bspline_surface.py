@@ -51,6 +51,18 @@ def test_points_on_the_surface_keep_their_parameters(surface):
     np.testing.assert_allclose(found_v, v, atol=1e-11)
 
 
+def test_newton_converges_quadratically_away_from_the_surface(surface):
+    u, v = inside(500, 6)
+    normals = unit(np.cross(surface.evaluate(u, v, 1, 0), surface.evaluate(u, v, 0, 1)))
+    points = surface.evaluate(u, v) + 0.6 * normals
+    errors = []
+    for n_steps in (1, 2, 3):
+        found = surface.refined_parameters(points, u + 0.02, v - 0.02, n_steps)
+        errors.append(np.median(np.hypot(found[0] - u, found[1] - v)))
+    assert errors[1] < 20.0 * errors[0] ** 2
+    assert errors[2] < 1e-10
+
+
 def test_no_sampled_point_is_nearer_than_the_foot(surface):
     points = np.random.default_rng(4).uniform([-3, -3, -4], [23, 13, 4], (200, 3))
     feet, _ = surface.project(points)
@@ -88,7 +100,7 @@ def test_the_image_under_a_similarity_has_the_images_of_the_points(surface):
     np.testing.assert_allclose(
         moved.evaluate(u, v), motion.points(surface.evaluate(u, v)), atol=1e-12
     )
-    feet, normals = moved.project(motion.points(surface.evaluate(u, v)))
+    feet, _ = moved.project(motion.points(surface.evaluate(u, v)))
     np.testing.assert_allclose(feet, moved.evaluate(u, v), atol=1e-10)
     assert surface.parameters() == moved.parameters()
 

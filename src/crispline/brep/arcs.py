@@ -55,7 +55,10 @@ def sample_parameters(curve: Curve) -> Array:
         return grid
     spans = np.unique(curve.knots)
     within = spans[:-1, None] + np.diff(spans)[:, None] * np.linspace(0, 1, 4, endpoint=False)
-    return np.unique(np.concatenate([grid, within.ravel()]))
+    t = np.unique(np.concatenate([grid, within.ravel()]))
+    # Keep grid places and knots apart that are the same but for rounding, and both ends.
+    is_apart = np.diff(t[:-1], prepend=-np.inf) > 1e-9 * (t[-1] - t[0])
+    return np.append(t[:-1][is_apart], t[-1])
 
 
 def _trace(model: Model, index: int, sign: int, chart: Chart) -> Arc:

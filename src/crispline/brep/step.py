@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import tempfile
 from os import PathLike
 from pathlib import Path
@@ -15,12 +16,14 @@ from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Message import Message, Message_Gravity
+from OCP.StepBasic import StepBasic_Product
 from OCP.STEPControl import (
     STEPControl_Controller,
     STEPControl_Reader,
     STEPControl_StepModelType,
     STEPControl_Writer,
 )
+from OCP.StepData import StepData_StepWriter
 from OCP.TCollection import TCollection_HAsciiString
 
 from crispline.brep import occt
@@ -28,6 +31,7 @@ from crispline.brep.measure import face_areas, tessellate, volume
 from crispline.errors import InputError, ReconstructionError
 
 _NAME = "crispline"
+_LONG_NUMBER = re.compile(rb"(\d\.\d{15})E([+-]\d{2,3})")
 _TIME_STAMP = "1970-01-01T00:00:00"
 
 
@@ -65,18 +69,39 @@ def step_bytes(shape: Any, has_pcurves: bool) -> bytes:
     _quieten()
     Interface_Static.SetIVal_s("write.surfacecurve.mode", int(has_pcurves))
     Interface_Static.SetCVal_s("write.step.unit", "MM")
-    Interface_Static.SetCVal_s("write.step.product.name", _NAME)
     writer = STEPControl_Writer()
     status = writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
     if status != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise ReconstructionError("the STEP writer cannot translate the model")
-    header = APIHeaderSection_MakeHeader(writer.Model())
-    header.SetName(TCollection_HAsciiString(_NAME))
-    header.SetTimeStamp(TCollection_HAsciiString(_TIME_STAMP))
+    model = writer.Model()
+    header = APIHeaderSection_MakeHeader(model)
+    header.SetName(_text(_NAME))
+    header.SetOriginatingSystem(_text(_NAME))
+    header.SetTimeStamp(_text(_TIME_STAMP))
+    entities = (model.Value(i) for i in range(1, model.NbEntities() + 1))
+    products = (entity for entity in entities if isinstance(entity, StepBasic_Product))
+    for number, product in enumerate(products, start=1):  # OCCT counts on from file to file
+        product.SetName(_text(f"{_NAME} {number}"))
+        product.SetId(_text(f"{_NAME} {number}"))
+    # STEPControl_Writer.WriteStream rounds to 13 digits: too few for a part far from the
+    # origin. OCCT's own suppression of zeros spoils longer numbers, so it is done here.
+    printer = StepData_StepWriter(model)
+    printer.FloatWriter().SetFormat("%.15E", True)
+    printer.FloatWriter().SetZeroSuppress(False)
+    printer.SendModel(model.Protocol())
     stream = io.BytesIO()
-    if writer.WriteStream(stream) != IFSelect_ReturnStatus.IFSelect_RetDone:
+    if not printer.Print(stream):
         raise ReconstructionError("the STEP writer cannot write the model")
-    return stream.getvalue()
+    return _LONG_NUMBER.sub(_shortened, stream.getvalue())
+
+
+def _shortened(number: re.Match[bytes]) -> bytes:
+    mantissa, exponent = number.groups()
+    return mantissa.rstrip(b"0") + (b"" if exponent == b"+00" else b"E" + exponent)
+
+
+def _text(text: str) -> Any:
+    return TCollection_HAsciiString(text)
 
 
 def read_step(path: str | PathLike[str]) -> Any:

@@ -111,7 +111,7 @@ def choose_surface(
     kept = thinned(len(points), options.max_points)
     points, normals = points[kept], normals[kept]
     if "plane" in kinds and (plane := fit_plane(points, normals, sigma)) is not None:
-        flat = tested(plane, points, normals, sigma, options)
+        flat = tested(plane, points, sigma, options, normals)
         if flat.is_accepted:
             return flat
         rejected = [flat]
@@ -121,7 +121,7 @@ def choose_surface(
         surface = PRIMITIVE_FITS[candidate.kind](points, normals, sigma, candidate)
         if surface is None:
             continue
-        fit = tested(surface, points, normals, sigma, options)
+        fit = tested(surface, points, sigma, options, normals)
         if fit.is_accepted:
             return fit
         rejected.append(fit)
@@ -129,20 +129,24 @@ def choose_surface(
         distance = None if border_distance is None else border_distance[kept]
         free = fit_bspline_surface(points, normals, sigma, options, border_distance=distance)
         if free is not None:
-            return tested(free, points, normals, sigma, options)
+            return tested(free, points, sigma, options, normals)
     if not rejected:
         raise ValueError(f"none of {', '.join(kinds)} fits {len(points)} points")
     return min(rejected, key=lambda fit: fit.rms)
 
 
 def tested(
-    surface: Surface, points: Array, normals: Array, sigma: float, options: FitOptions
+    surface: Surface,
+    points: Array,
+    sigma: float,
+    options: FitOptions,
+    normals: Array | None = None,  # noqa: PT028  (not a test)
 ) -> Fit:
-    """The surface with the test of its residuals and normals at ``points`` ``(n, 3)``."""
+    """The surface with the test of its residuals, and normals if given, at points ``(n, 3)``."""
     feet, surface_normals = surface.project(points)
     residuals = np.einsum("ij,ij->i", points - feet, surface_normals)
     result = judge(points, residuals, sigma, options)
-    is_accepted = result.is_accepted and faces_alike(normals, surface_normals)
+    is_accepted = result.is_accepted and (normals is None or faces_alike(normals, surface_normals))
     return Fit(surface, result.rms, result.drift, is_accepted, len(points))
 
 
@@ -167,7 +171,7 @@ def explains(
     """
     sigma = max(sigma, options.sigma_floor)
     kept = thinned(len(points), options.max_points)
-    return tested(surface, points[kept], normals[kept], sigma, options).is_accepted
+    return tested(surface, points[kept], sigma, options, normals[kept]).is_accepted
 
 
 def fit_jointly(

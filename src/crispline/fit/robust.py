@@ -33,7 +33,6 @@ _N_COARSE = 250
 _COARSE_STEPS = 8
 _COARSE_CONVERGED = 1e-2
 _COARSE_STARTS = 3
-_SCALE_STEPS = 20
 _CLEARLY_LARGER = 1.5
 _MAX_DAMPING = 1e8
 
@@ -131,8 +130,8 @@ def _minimised(
 ) -> Shape:
     """Levenberg-Marquardt on Tukey's loss; stops at steps below ``converged`` sigmas (rms).
 
-    The scale of the loss follows the residuals down to the noise, then stays:
-    only a fixed loss has a minimum to converge to.
+    The scale of the loss follows the residuals down to the noise and never
+    grows: only a loss that comes to rest has a minimum to converge to.
     """
     residuals, jacobian = model.linearise(shape, points)
     scale = _loss_scale(residuals, sigma)
@@ -148,8 +147,7 @@ def _minimised(
         if np.isfinite(trial_jacobian).all() and _tukey_loss(trial_residuals, scale) <= loss:
             shape, residuals, jacobian = trial, trial_residuals, trial_jacobian
             damping = 0.1 * damping if damping > 1e-12 else 0.0
-            if count < _SCALE_STEPS:
-                scale = min(scale, _loss_scale(residuals, sigma))
+            scale = min(scale, _loss_scale(residuals, sigma))
         else:
             damping = max(10.0 * damping, 1e-6)
             if damping > _MAX_DAMPING:

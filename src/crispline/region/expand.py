@@ -23,7 +23,7 @@ from crispline.surface.base import Array
 _N_POINTS = 4  # raw points that speak for a patch
 _MISFIT_CAP = 8.0  # squared residuals over 2 sigma^2 count no more than this
 _TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight (1 - cos), capped
-_OUT_OF_REACH = 1e3
+OUT_OF_REACH = 1e3
 _SCALE = 1000  # costs become integers for the maximum flow
 _SWEEPS = 2
 
@@ -43,7 +43,7 @@ def expand_regions(
     at_border[graph.pairs[label[a] != label[b]].ravel()] = True
     band = graph.rings(at_border, options.expansion_rings)
     costs = {
-        region: _cost(region, fits[region], label, band, cloud, graph, sigma, options)
+        region: patch_costs(region, fits[region], label, band, cloud, graph, sigma, options)
         for region in np.unique(label[band]).tolist()
     }
     for _ in range(_SWEEPS):
@@ -55,15 +55,16 @@ def expand_regions(
     return label
 
 
-def misfit(surface_fit: RegionFit, patches: NDArray[np.int64], cloud: WorkingCloud,
-           graph: PatchGraph) -> Array:
-    """Distance of the raw points nearest to each patch from a surface, shape ``(k, 4)``, spacings."""
+def misfit(
+    surface_fit: RegionFit, patches: NDArray[np.int64], cloud: WorkingCloud, graph: PatchGraph
+) -> Array:
+    """Distance of the four raw points nearest to each patch from a surface, shape ``(k, 4)``."""
     _, nearest = cloud.tree.query(graph.points[patches], k=_N_POINTS, workers=-1)
     distance = surface_fit.surface.signed_distance(cloud.points[nearest].reshape(-1, 3))
     return np.abs(distance).reshape(-1, _N_POINTS)
 
 
-def _cost(
+def patch_costs(
     region: int,
     fit: RegionFit,
     label: Labels,
@@ -79,7 +80,7 @@ def _cost(
     data = np.minimum(distance**2 / (2.0 * sigma**2), _MISFIT_CAP).mean(axis=1)
     directions = fit.surface.project(graph.points[reach])[1] * fit.orientation
     turn = 1.0 - np.einsum("ij,ij->i", directions, graph.normals[reach])
-    cost = np.full(len(label), _OUT_OF_REACH)
+    cost = np.full(len(label), OUT_OF_REACH)
     cost[reach] = data + np.minimum(_TURN_WEIGHT * turn, _TURN_CAP)
     return cost
 
@@ -89,7 +90,7 @@ def _expansion(
 ) -> Labels:
     """The best labelling in which patches either keep their label or take ``region``."""
     own = costs[region]
-    active = np.flatnonzero(own < _OUT_OF_REACH)
+    active = np.flatnonzero(own < OUT_OF_REACH)
     if len(active) == 0:
         return label
     index = np.full(len(label), -1)
@@ -112,7 +113,7 @@ def _expansion(
     np.add.at(gain, index[p[both]], (cost_q_keeps - cost_keep)[both])
     np.add.at(gain, index[q[both]], -cost_q_keeps[both])
     arc = (cost_p_keeps + cost_q_keeps - cost_keep)[both]
-    gain[label[active] == region] = -_OUT_OF_REACH  # keeping and taking are the same
+    gain[label[active] == region] = -OUT_OF_REACH  # keeping and taking are the same
 
     n = len(active)
     source, sink = n, n + 1

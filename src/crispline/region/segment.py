@@ -16,6 +16,7 @@ from crispline.region.expand import expand_regions
 from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
 from crispline.region.patches import Labels, PatchGraph
+from crispline.region.prune import prune_regions
 from crispline.region.regionfit import RegionFit
 from crispline.region.split import split_into_surfaces
 from crispline.region.swallowed import release_swallowed
@@ -84,12 +85,14 @@ def segment(
             label = tidy(merged, quads, options.min_patches)
             labelled, fits = fitted(draft)
         label = expand_regions(label, fits, cloud, graph, sigma, options)
+        label = tidy(label, quads, options.min_patches)
+        _, fits = fitted(draft)
         if round_number == 0:
-            label = tidy(label, quads, options.min_patches)
-            _, fits = fitted(draft)
             label = release_swallowed(
                 label, fits, cloud, graph, sigma, options.min_patches, options
             )
+        else:
+            label = prune_regions(label, fits, cloud, graph, sigma, options)
         label = tidy(label, quads, options.min_patches)
     known = {}
     _, fits = fitted(fit_options)

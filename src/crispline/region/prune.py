@@ -1,0 +1,59 @@
+"""Give up regions that explain too little to be worth a face."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from crispline.cloud.working import WorkingCloud
+from crispline.options import RegionOptions
+from crispline.region.expand import OUT_OF_REACH, patch_costs
+from crispline.region.patches import Labels, PatchGraph
+from crispline.region.regionfit import RegionFit
+
+
+def prune_regions(
+    label: Labels,
+    fits: Mapping[int, RegionFit],
+    cloud: WorkingCloud,
+    graph: PatchGraph,
+    sigma: float,
+    options: RegionOptions,
+) -> Labels:
+    """Hand the patches of superfluous regions to the neighbours that explain them best.
+
+    A region is superfluous if its neighbours' surfaces explain its points
+    nearly as well: the misfit rises by less than ``options.face_cost`` more than
+    the borders that go (a label cost, Delong et al. 2012). Smallest first; the
+    neighbours of a region that went stay this time.
+    """
+    label = label.copy()
+    everywhere = np.ones(len(label), dtype=bool)
+    names, sizes = np.unique(label, return_counts=True)
+    kept: set[int] = set()
+    for region in names[np.argsort(sizes, kind="stable")].tolist():
+        members = np.flatnonzero(label == region)
+        # Larger regions differ from their neighbours by far more than one face costs.
+        if region in kept or len(members) > options.max_pruned_patches:
+            continue
+        beside = label[graph.pairs[np.isin(graph.pairs, members).any(axis=1)].ravel()]
+        neighbours = np.setdiff1d(beside, [region])
+        if len(neighbours) == 0:
+            continue
+        n_border = int((beside.reshape(-1, 2)[:, 0] != beside.reshape(-1, 2)[:, 1]).sum())
+        own = patch_costs(region, fits[region], label, everywhere, cloud, graph, sigma, options)
+        others = np.stack(
+            [
+                patch_costs(other, fits[other], label, everywhere, cloud, graph, sigma, options)
+                for other in neighbours.tolist()
+            ]
+        )[:, members]
+        cheapest = others.min(axis=0)
+        if (cheapest >= OUT_OF_REACH).any():
+            continue
+        rise = float((cheapest - own[members]).sum())
+        if rise < options.face_cost + 0.5 * options.border_cost * n_border:
+            label[members] = neighbours[np.argmin(others, axis=0)]
+            kept |= set(neighbours.tolist())
+    return label
