@@ -66,7 +66,9 @@ class RegionOptions:
     patch_noise: float = 0.7
     """Noise of patch centres over noise of the points."""
     merge_deg: float = 18.0
-    """Neighbours whose surfaces meet at less than this are tried as one surface."""
+    """Neighbours whose surfaces meet at less than this are tried as one free-form surface ..."""
+    max_merge_deg: float = 60.0
+    """... and at less than this as one primitive, which two strips of a narrow fillet are."""
     swallowed_sigmas: float = 2.5
     """Patches whose points lie this many sigmas off every surface near them may be a lost face."""
     expansion_rings: int = 6

@@ -171,7 +171,7 @@ class RevolutionChart(Chart):
         radius, height = self.profile(parameters[:, 1])
         y_axis = np.cross(self.axis, self.x_axis)
         around = np.cos(u)[:, None] * self.x_axis + np.sin(u)[:, None] * y_axis
-        return self.origin + radius[:, None] * around + height[:, None] * self.axis
+        return np.asarray(self.origin + radius[:, None] * around + height[:, None] * self.axis)
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,8 @@ class ConeChart(RevolutionChart):
 
     def profile_parameter(self, radius: Array, height: Array) -> Array:
         slope, rise = np.sin(self.half_angle), np.cos(self.half_angle)
-        return np.maximum((radius - self.radius) * slope + height * rise, self.v_range[0])
+        along = (radius - self.radius) * slope + height * rise
+        return np.asarray(np.maximum(along, self.v_range[0]))
 
 
 @dataclass(frozen=True)

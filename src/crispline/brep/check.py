@@ -13,6 +13,7 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from OCP.BRep import BRep_Tool
 from OCP.BRepCheck import (
     BRepCheck_Analyzer,
     BRepCheck_Face,
@@ -20,10 +21,9 @@ from OCP.BRepCheck import (
     BRepCheck_Status,
     BRepCheck_Wire,
 )
+from OCP.collections import IndexedDataMap_TopoDS_Shape_List_TopoDS_Shape_TopTools_ShapeMapHasher
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS_Edge
-from OCP.collections import IndexedDataMap_TopoDS_Shape_List_TopoDS_Shape_TopTools_ShapeMapHasher
-from OCP.BRep import BRep_Tool
 
 from crispline.brep import occt
 from crispline.brep.deviation import measure_deviation

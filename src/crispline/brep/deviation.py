@@ -117,7 +117,7 @@ def point_triangle_distance(points: Array, triangles: Array) -> Array:
     for p, q in ((a, b), (b, c), (c, a)):
         is_above = is_above & (np.einsum("...i,...i", np.cross(q - p, points - p), normal) >= 0.0)
     height = np.abs(np.einsum("...i,...i", points - a, normal)) / np.where(length > 0, length, 1)
-    return np.where(is_above, height, to_border)
+    return np.asarray(np.where(is_above, height, to_border))
 
 
 def _point_segment_distance(points: Array, start: Array, end: Array) -> Array:

@@ -18,7 +18,6 @@ from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepLib import BRepLib
 from OCP.ShapeFix import ShapeFix_Edge, ShapeFix_Shape
 
-import crispline
 from crispline.brep import occt
 
 _PRECISION = 1e-6
@@ -44,12 +43,12 @@ def heal(
     if time_limit <= 0.0:
         return None
     # The child must find the same package, also where the parent changed its path.
-    package_root = str(Path(next(iter(crispline.__path__))).parent)
+    package_root = str(Path(__file__).parents[2])
     search_path = os.pathsep.join(filter(None, [package_root, os.environ.get("PYTHONPATH", "")]))
     with tempfile.TemporaryDirectory(prefix="crispline-") as folder:
         source, target = Path(folder, "faulty.brep"), Path(folder, "healed.brep")
         source.write_bytes(occt.to_text(shape))
-        command = [sys.executable, "-m", __name__, source, target]
+        command = [sys.executable, "-m", __name__, str(source), str(target)]
         command += [repr(float(max_tolerance)), str(int(drop_pcurves))]
         try:
             subprocess.run(

@@ -21,7 +21,13 @@ from OCP.collections import (
     Array2_gp_Pnt,
     IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher,
 )
-from OCP.Geom import Geom_BSplineCurve, Geom_BSplineSurface, Geom_Circle, Geom_Line, Geom_TrimmedCurve
+from OCP.Geom import (
+    Geom_BSplineCurve,
+    Geom_BSplineSurface,
+    Geom_Circle,
+    Geom_Line,
+    Geom_TrimmedCurve,
+)
 from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line
 from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d, gp_Trsf
 from OCP.ShapeFix import ShapeFix_ShapeTolerance

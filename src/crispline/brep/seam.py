@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from crispline.brep.arcs import Arc, is_inside, trace_loops, wrapped
@@ -222,7 +223,7 @@ def _candidate(
     return _Candidate(value, cost, clearance, tuple(found))
 
 
-def _sign_changes(offset: Array, is_on: Array) -> list[int]:
+def _sign_changes(offset: Array, is_on: NDArray[np.bool_]) -> list[int]:
     """Sample intervals in whose inside the offset passes through zero."""
     is_positive = offset > 0.0
     is_near = np.abs(offset[:-1]) + np.abs(offset[1:]) < np.pi

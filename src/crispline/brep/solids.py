@@ -40,8 +40,7 @@ def assemble(model: Model, faces: Mapping[int, Any]) -> tuple[Any, tuple[int, ..
     closed = [i for i in range(len(groups)) if is_closed[i]]
     outward = {i: _outward(shells[i]) for i in closed}
     around = {
-        i: [j for j in closed if j != i and _contains(outward[j], model, groups[i])]
-        for i in closed
+        i: [j for j in closed if j != i and _contains(outward[j], model, groups[i])] for i in closed
     }
     parts: list[Any] = []
     order: list[int] = []

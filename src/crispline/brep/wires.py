@@ -56,8 +56,10 @@ Wire = list[EdgeUse | SideUse]
 
 @dataclass(frozen=True)
 class _Stop:
-    """A place on the rectangle's border where a loop leaves or enters; ``key`` grows
-    anticlockwise within the side."""
+    """A place on the rectangle's border where a loop leaves or enters.
+
+    ``key`` grows anticlockwise within the side.
+    """
 
     side: int
     key: float

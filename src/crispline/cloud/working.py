@@ -20,6 +20,9 @@ N_NEIGHBOURS = 24
 # metres and the same part in micrometres become the same numbers, bit by bit.
 _ROUNDING = 2.0**-24
 
+# Moments smaller than this share of the whole are rounding errors of the input.
+_MOMENT_ROUNDING = 2.0**-22
+
 
 @dataclass(frozen=True)
 class WorkingCloud:
@@ -89,7 +92,7 @@ def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> Wo
     n_duplicates = n_given - len(centred)
     _refuse_degenerate(centred)
 
-    distances, _ = cKDTree(centred).query(centred, k=9, workers=threads)
+    distances, _ = _nearest(centred, 9, threads)
     crowding = distances[:, 1:].mean(axis=1)
     inliers = crowding <= options.outlier_factor * np.median(crowding)
     centred = centred[inliers]
@@ -97,7 +100,7 @@ def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> Wo
 
     middle, rotation = _principal_frame(centred)
     aligned = (centred - middle) @ rotation.T
-    distances, neighbours = cKDTree(aligned).query(aligned, k=N_NEIGHBOURS, workers=threads)
+    distances, neighbours = _nearest(aligned, N_NEIGHBOURS, threads)
     spacing = point_spacing(distances)
     working = np.round(aligned / spacing / _ROUNDING) * _ROUNDING
     to_user = Similarity(spacing, rotation.T, origin + middle)
@@ -147,14 +150,26 @@ def local_noise(points: Array, neighbours: NDArray[np.int64], n_samples: int = 3
     return float(np.sqrt(np.median((residual**2).sum(axis=1)) / (freedom * median_factor)))
 
 
+def _nearest(points: Array, k: int, threads: int) -> tuple[Array, NDArray[np.int64]]:
+    """Distances and indices of each point's ``k`` nearest, itself first, shape ``(n, k)``."""
+    distances, neighbours = cKDTree(points).query(points, k=k, workers=threads)
+    return np.asarray(distances), np.asarray(neighbours, dtype=np.int64)
+
+
 def _principal_frame(points: Array) -> tuple[Array, Array]:
-    """Mean and principal axes (rows, right-handed, signs fixed by the skewness)."""
+    """Mean and principal axes (rows, right-handed, signs fixed by the skewness).
+
+    Moments are rounded: on a symmetric part the axes and signs would otherwise
+    follow the rounding errors of the coordinates, and with them the unit.
+    """
     middle = points.mean(axis=0)
     offset = points - middle
-    _, axes = np.linalg.eigh(offset.T @ offset)
+    moments = offset.T @ offset
+    quantum = _MOMENT_ROUNDING * np.trace(moments)
+    _, axes = np.linalg.eigh(np.round(moments / quantum))
     rotation = axes.T[::-1].copy()
-    skewness = ((offset @ rotation.T) ** 3).sum(axis=0)
-    rotation[skewness < 0.0] *= -1.0
+    cubes = (offset @ rotation.T) ** 3
+    rotation[cubes.sum(axis=0) < -_MOMENT_ROUNDING * np.abs(cubes).sum(axis=0)] *= -1.0
     rotation[2] = np.cross(rotation[0], rotation[1])
     return middle, rotation
 

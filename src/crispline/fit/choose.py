@@ -29,6 +29,8 @@ MAX_NORMAL_ERROR = np.radians(40.0)
 _N_CANDIDATE_POINTS = 500
 _CLIP = 4.0
 _CANDIDATE_SLACK = 1.1
+_NOISE_SHARE = 0.05
+"""Chi-square per point that a real scan's nearly flat faces may gain from a huge radius."""
 
 
 _COMPLEXITY = {"cylinder": 5, "sphere": 6, "cone": 6, "torus": 7}
@@ -82,9 +84,10 @@ def choose_surface(
 ) -> Fit:
     """Fit a region with the kind of surface that describes it best.
 
-    A plane if it passes the residual test. Otherwise the primitive of least
-    robust chi-square plus ``2 k log n`` (a description length; ``k`` free
-    parameters) that passes. Otherwise a B-spline.
+    A plane if it passes the residual test and leaves no more than noise.
+    Otherwise the primitive of least robust chi-square plus ``2 k log n`` (a
+    description length; ``k`` free parameters) that passes; a plane that passes
+    too gives way only where that pays. Otherwise a B-spline.
 
     Parameters
     ----------
@@ -110,21 +113,23 @@ def choose_surface(
     sigma = max(sigma, options.sigma_floor)
     kept = thinned(len(points), options.max_points)
     points, normals = points[kept], normals[kept]
+    flat: Fit | None = None
     if "plane" in kinds and (plane := fit_plane(points, normals, sigma)) is not None:
         flat = tested(plane, points, sigma, options, normals)
-        if flat.is_accepted:
+        if flat.is_accepted and _is_pure_noise(flat.rms, flat.n_points, sigma):
             return flat
-        rejected = [flat]
-    else:
-        rejected = []
+    rejected = [] if flat is None else [flat]
     for candidate in _ranked_candidates(points, normals, sigma, options, kinds):
         surface = PRIMITIVE_FITS[candidate.kind](points, normals, sigma, candidate)
         if surface is None:
             continue
         fit = tested(surface, points, sigma, options, normals)
         if fit.is_accepted:
-            return fit
+            is_needed = flat is None or not flat.is_accepted or _is_worth(fit, flat, sigma)
+            return fit if is_needed or flat is None else flat
         rejected.append(fit)
+    if flat is not None and flat.is_accepted:
+        return flat
     if "bspline" in kinds and len(points) >= MIN_FREE_FORM_POINTS:
         distance = None if border_distance is None else border_distance[kept]
         free = fit_bspline_surface(points, normals, sigma, options, border_distance=distance)
@@ -133,6 +138,38 @@ def choose_surface(
     if not rejected:
         raise ValueError(f"none of {', '.join(kinds)} fits {len(points)} points")
     return min(rejected, key=lambda fit: fit.rms)
+
+
+def refit(
+    known: Surface, points: Array, normals: Array, sigma: float, options: FitOptions
+) -> Fit | None:
+    """Fit the same kind of primitive again to points that have changed a little.
+
+    None if ``known`` is no primitive or its kind no longer passes: choose anew.
+    """
+    if known.kind not in PRIMITIVE_FITS:
+        return None
+    sigma = max(sigma, options.sigma_floor)
+    kept = thinned(len(points), options.max_points)
+    surface = PRIMITIVE_FITS[known.kind](points[kept], normals[kept], sigma, known)
+    if surface is None:
+        return None
+    fit = tested(surface, points[kept], sigma, options, normals[kept])
+    if not fit.is_accepted or (known.kind == "plane" and not _is_pure_noise(fit.rms, fit.n_points, sigma)):
+        return None
+    return fit
+
+
+def _is_pure_noise(size: float, n_points: int, sigma: float) -> bool:
+    """Whether the rms residual is within three standard errors of the noise."""
+    return size**2 < sigma**2 * (1.0 + 3.0 * float(np.sqrt(2.0 / n_points)))
+
+
+def _is_worth(fit: Fit, flat: Fit, sigma: float) -> bool:
+    """Whether a curved surface explains enough more than a plane to be preferred."""
+    gain = fit.n_points * (flat.rms**2 - fit.rms**2) / sigma**2
+    spared = fit.surface.n_parameters - flat.surface.n_parameters
+    return gain > max(2.0 * spared * np.log(fit.n_points), _NOISE_SHARE * fit.n_points)
 
 
 def tested(
@@ -227,14 +264,19 @@ def _ranked_candidates(
     limit = _CANDIDATE_SLACK * rms_limit(sigma, options)
     cut = residual_limit(sigma, options)
     scored: list[tuple[float, str, Surface]] = []
+    pure_noise = False
     for kind in kinds:
         if kind not in PRIMITIVE_FITS or kind == "plane":
             continue
+        if kind == "torus" and pure_noise:
+            break  # the dearest to fit, and with nothing left to explain
         surface = PRIMITIVE_FITS[kind](points[kept], normals[kept], sigma)
         if surface is None:
             continue
         residuals = surface.signed_distance(points[kept])
-        if rms(np.clip(residuals, -cut, cut)) < limit:
+        size = rms(np.clip(residuals, -cut, cut))
+        if size < limit:
+            pure_noise |= _is_pure_noise(size, len(kept), sigma)
             chi_square = float(np.sum(np.minimum(np.square(residuals / sigma), _CLIP**2)))
             cost = 2.0 * _COMPLEXITY[kind] * float(np.log(len(points)))
             scored.append((chi_square + cost, kind, surface))

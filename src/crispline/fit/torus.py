@@ -13,7 +13,7 @@ from crispline.surface import Torus
 from crispline.surface.base import Array
 
 MIN_POINTS = 8
-MAX_RADIUS = 20.0
+MAX_RADIUS = 3.0
 """In extents of the data; a larger radius belongs to a cylinder or a plane."""
 
 _N_TILTS = 6
@@ -33,7 +33,7 @@ def fit_torus(
 
     Returns
     -------
-    The torus; None for fewer than eight points, a radius beyond 20 extents, or
+    The torus; None for fewer than eight points, a radius beyond 3 extents, or
     a tube that crosses its own axis.
     """
     if len(points) < MIN_POINTS:

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 
 def components(adjacency: csr_array, members: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Label of the connected component within ``members``; non-members are alone, shape ``(m,)``."""
+    """Connected component of each patch within ``members``; others are alone, shape ``(m,)``."""
     links = adjacency.tocoo()
     keep = members[links.row] & members[links.col]
     graph = csr_array(

@@ -6,9 +6,12 @@ Robust implicit moving least squares (RIMLS, Oztireli, Guennebaud and Gross 2009
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from crispline.surface.base import Array
+
+Single = NDArray[np.float32]
 
 _SUPPORT = 4.0  # radius of the weight function, spacings
 _RESIDUAL_WIDTH = 0.5 * _SUPPORT  # residuals beyond this count as another surface
@@ -37,7 +40,7 @@ def project_to_cloud(
     for begin in range(0, len(vertices), _CHUNK):
         chunk = vertices[begin : begin + _CHUNK]
         # Vertices move by a fraction of a spacing: their neighbours stay the same.
-        _, nearest = tree.query(chunk, k=k, workers=threads)
+        nearest = np.asarray(tree.query(chunk, k=k, workers=threads)[1])
         near_points, near_normals = points[nearest], normals[nearest].astype(np.float32)
         for _ in range(n_steps):
             offset = (chunk[:, None] - near_points).astype(np.float32)
@@ -46,7 +49,7 @@ def project_to_cloud(
     return projected
 
 
-def _rimls_step(offset: Array, normals: Array) -> Array:
+def _rimls_step(offset: Single, normals: Single) -> Array:
     """Step to subtract: value over gradient of the implicit function, shape ``(m, 3)``.
 
     ``offset`` (vertex minus point) and ``normals`` have shape ``(m, k, 3)``.

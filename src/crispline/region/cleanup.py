@@ -1,4 +1,4 @@
-"""Make a labelling fit for a boundary representation: one piece per label, no crumbs, no pinches."""
+"""Make a labelling fit for a solid: one piece per label, no crumbs, no pinches."""
 
 from __future__ import annotations
 

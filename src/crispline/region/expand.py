@@ -124,7 +124,7 @@ def _expansion(
     graph = csr_array((capacity.astype(np.int32), (tail, head)), shape=(n + 2, n + 2))
     graph.sum_duplicates()
     graph.eliminate_zeros()
-    residual = graph - maximum_flow(graph, source, sink).flow
+    residual = csr_array(graph - maximum_flow(graph, source, sink).flow)
     residual.data[residual.data < 0] = 0
     residual.eliminate_zeros()
     kept = breadth_first_order(residual, source, return_predecessors=False)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crispline.cloud.working import WorkingCloud
-from crispline.fit.choose import KINDS, choose_surface
+from crispline.fit.choose import KINDS, choose_surface, refit
 from crispline.net.halfedge import HalfEdges
 from crispline.options import FitOptions
 from crispline.region.patches import Labels, PatchGraph
@@ -97,12 +97,16 @@ def fit_regions(
             members = label == region
             points, normals = graph.points[members], graph.normals[members]
             clearance = np.full(len(points), 3.0)
-        fingerprint = hash(points.tobytes())
+        fingerprint = hash((points.tobytes(), options.max_points))
         if region in known and known[region][1] == fingerprint:
             fits[region] = known[region]
             continue
-        kinds = KINDS if len(points) >= 2 * _MIN_POINTS else KINDS[:-1]
-        fit = choose_surface(points, normals, sigma, options, kinds, clearance)
+        fit = None
+        if region in known:
+            fit = refit(known[region][0].surface, points, normals, sigma, options)
+        if fit is None:
+            kinds = KINDS if len(points) >= 2 * _MIN_POINTS else KINDS[:-1]
+            fit = choose_surface(points, normals, sigma, options, kinds, clearance)
         fits[region] = region_fit(fit.surface, points, normals), fingerprint
     return fits
 

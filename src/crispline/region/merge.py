@@ -7,15 +7,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from crispline.fit.bspline import fit_bspline_surface
-from crispline.fit.choose import fit_jointly, tested
+from crispline.fit.choose import explains, fit_jointly
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.fitting import LabelledCloud
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
+from crispline.surface import Surface
+from crispline.surface.base import Array
 
 Pair = tuple[int, int]
 
 _MIN_BORDER = 3  # sides; regions that touch less are not neighbours
+_CHI_SQUARE_CAP = 16.0
+_NOISE_SHARE = 0.02  # fits differ by this much per point for reasons that are no faces
 _JOINT_KINDS = ("plane", "cylinder", "cone", "sphere")
 
 
@@ -40,12 +44,12 @@ def merge_regions(
     label = label.copy()
     size = np.bincount(label)
     joined: set[int] = set()
-    for (a, b), sides in smooth_borders(label, fits, graph, options.merge_deg):
+    for (a, b), sides, angle_deg in gentle_borders(label, fits, graph, options.max_merge_deg):
         key = (a, b, int(size[a]), int(size[b]))
         if sides < _MIN_BORDER or a in joined or b in joined or key in refused:
             continue
         parts = [labelled.samples(region, fit_options) for region in (a, b)]
-        if _is_one_surface(parts, [fits[a], fits[b]], sigma, fit_options):
+        if _is_one_surface(parts, [fits[a], fits[b]], angle_deg < options.merge_deg, sigma, fit_options):
             label[label == b] = a
             joined |= {a, b}
         else:
@@ -53,10 +57,13 @@ def merge_regions(
     return label
 
 
-def smooth_borders(
+def gentle_borders(
     label: Labels, fits: Mapping[int, RegionFit], graph: PatchGraph, max_deg: float
-) -> list[tuple[Pair, int]]:
-    """Neighbouring regions whose surfaces meet at less than ``max_deg``, longest border first."""
+) -> list[tuple[Pair, int, float]]:
+    """Neighbouring regions whose surfaces meet at less than ``max_deg``, longest border first.
+
+    Each with the number of its sides and the median angle between the surfaces in degrees.
+    """
     a, b = label[graph.pairs[:, 0]], label[graph.pairs[:, 1]]
     between = np.flatnonzero(a != b)
     middle = graph.points[graph.pairs[between]].mean(axis=1)
@@ -68,27 +75,43 @@ def smooth_borders(
         pair = (int(low[group[0]]), int(high[group[0]]))
         sides = [fits[r].surface.project(middle[group])[1] * fits[r].orientation for r in pair]
         cosine = float(np.median(np.einsum("ij,ij->i", *sides)))
-        if cosine > np.cos(np.radians(max_deg)):
-            found.append((pair, len(group)))
+        angle_deg = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+        if angle_deg < max_deg:
+            found.append((pair, len(group), angle_deg))
     return sorted(found, key=lambda item: (-item[1], item[0]))
 
 
 def _is_one_surface(
-    parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
+    parts: list[tuple[Array, Array, Array]],
     fits: list[RegionFit],
+    is_smooth: bool,
     sigma: float,
     options: FitOptions,
 ) -> bool:
     """Whether one primitive, or one B-spline in place of another, explains both regions."""
     both = [(points, normals) for points, normals, _ in parts]
-    if fit_jointly(_JOINT_KINDS, both, sigma, options) is not None:
-        return True
-    if all(fit.surface.kind != "bspline" for fit in fits):
+    joint = fit_jointly(_JOINT_KINDS, both, sigma, options)
+    if joint is not None:
+        apart = [(fit.surface, points) for fit, (points, _) in zip(fits, both, strict=True)]
+        together = [(joint, points) for points, _ in both]
+        spared = sum(fit.surface.n_parameters for fit in fits) - joint.n_parameters
+        n_points = sum(len(points) for points, _ in both)
+        allowance = max(2.0 * spared * np.log(n_points), _NOISE_SHARE * n_points)
+        if _chi_square(together, sigma) < _chi_square(apart, sigma) + allowance:
+            return True
+    if not is_smooth or all(fit.surface.kind != "bspline" for fit in fits):
         return False
     points = np.concatenate([points for points, _, _ in parts])
     normals = np.concatenate([normals for _, normals, _ in parts])
     clearance = np.concatenate([clearance for _, _, clearance in parts])
     free = fit_bspline_surface(points, normals, sigma, options, border_distance=clearance)
     return free is not None and all(
-        tested(free, part, sigma, options).is_accepted for part, _, _ in parts
+        explains(free, points, normals, sigma, options) for points, normals, _ in parts
     )
+
+
+def _chi_square(explained: list[tuple[Surface, Array]], sigma: float) -> float:
+    """Sum of squared residuals over sigma squared, each capped so that outliers do not decide."""
+    residuals = [surface.signed_distance(points) for surface, points in explained]
+    squared = np.square(np.concatenate(residuals) / sigma)
+    return float(np.minimum(squared, _CHI_SQUARE_CAP).sum())

@@ -94,7 +94,6 @@ def segment(
         else:
             label = prune_regions(label, fits, cloud, graph, sigma, options)
         label = tidy(label, quads, options.min_patches)
-    known = {}
     _, fits = fitted(fit_options)
     names = np.unique(label)
     return Segmentation(

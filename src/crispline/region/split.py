@@ -21,6 +21,7 @@ from crispline.surface import Surface
 from crispline.surface.base import Array
 
 _N_FIT = 250
+_GROWN_KINDS = ("plane", "cylinder", "cone", "sphere")  # tori come out of what is left
 _GROWTH_STEPS = 6
 
 
@@ -101,7 +102,7 @@ def _grown_primitives(
         start = _ball(local, free, seed, options.seed_patches)
         best: NDArray[np.int64] | None = None
         if len(start) >= options.min_patches:
-            for kind in PRIMITIVE_FITS:
+            for kind in _GROWN_KINDS:
                 grown = _grow(kind, start, points, normals, local, free, sigma, options)
                 if grown is not None and (best is None or len(grown) > 1.05 * len(best)):
                     best = grown

@@ -59,7 +59,7 @@ def patch_centres(vertices: Array, quads: NDArray[np.int64]) -> PatchCentres:
     block = _subdivided_blocks(vertices, quads)
 
     def limit(along_u: Array, along_v: Array) -> Array:
-        return np.einsum("a,b,mabk->mk", along_v, along_u, block)
+        return np.asarray(np.einsum("a,b,mabk->mk", along_v, along_u, block))
 
     return PatchCentres(
         point=limit(_POSITION, _POSITION),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.integrate import quad
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline, make_lsq_spline
 
 from crispline.brep.model import Edge, Face, Model
 from crispline.curve import BSplineCurve, Circle, Curve, Line
@@ -51,7 +51,7 @@ class Draft:
     def circle(self, centre, normal, radius, x_axis=None) -> int:
         """A full circle, anticlockwise about its normal, with a vertex of its own."""
         centre, normal = np.asarray(centre, float), np.asarray(normal, float)
-        x_axis = perpendicular_frame(normal)[0] if x_axis is None else unit(np.asarray(x_axis, float))
+        x_axis = perpendicular_frame(normal)[0] if x_axis is None else unit(np.array(x_axis, float))
         vertex = self.vertex(*(centre + radius * x_axis))
         return self.edge(Circle(centre, normal, x_axis, radius, 0.0, TURN), vertex, vertex)
 
@@ -380,17 +380,10 @@ def stepped_shaft() -> Sample:
 def closed_spline(points) -> BSplineCurve:
     """A clamped cubic through points, smooth where it closes; the last repeats the first."""
     t = np.linspace(0.0, 1.0, len(points))
-    periodic = make_interp_spline(t, points, k=3, bc_type="periodic")
-    knots, coefficients = np.asarray(periodic.t), np.asarray(periodic.c)
-    spline = type(periodic)(knots, coefficients, 3)
-    for end in (0.0, 1.0):
-        spline = spline.insert_knot(end, m=3) if end > 0 else spline.insert_knot(1e-300, m=3)
-    inner = (spline.t > 1e-200) & (spline.t < 1.0)
-    clamped = np.concatenate([np.zeros(4), spline.t[inner], np.ones(4)])
-    grid = np.linspace(0, 1, 4 * len(clamped))
-    from scipy.interpolate import make_lsq_spline
-
-    return BSplineCurve(clamped, np.asarray(make_lsq_spline(grid, periodic(grid), clamped, 3).c))
+    periodic = CubicSpline(t, points, bc_type="periodic")
+    knots = np.concatenate([np.zeros(3), t, np.ones(3)])
+    grid = np.linspace(0.0, 1.0, 8 * len(points))
+    return BSplineCurve(knots, np.asarray(make_lsq_spline(grid, periodic(grid), knots, 3).c))
 
 
 def slanted_cylinder() -> Sample:
@@ -426,9 +419,7 @@ def notched_cylinder() -> Sample:
     draft.face(Cylinder(np.zeros(3), Z, 10.0), 1, [(low, 1)], rim)
     draft.face(Plane(np.array([0, 0, 20.0]), Z), 1, [(small, 1), (chord, -1)])
     draft.face(Plane(np.array([0, 0, 30.0]), Z), 1, [(big, 1), (edge, 1)])
-    draft.face(
-        Plane(np.array([0, y, 0]), Y), 1, [(chord, 1), (left, 1), (edge, -1), (right, -1)]
-    )
+    draft.face(Plane(np.array([0, y, 0]), Y), 1, [(chord, 1), (left, 1), (edge, -1), (right, -1)])
     segment = 100 * np.arccos(0.6) - y * x
     return Sample(draft.model(), np.pi * 100 * 20 + (np.pi * 100 - segment) * 10)
 
@@ -617,14 +608,12 @@ def spline_top() -> Sample:
     xx, yy = np.meshgrid(gu, gv, indexing="ij")
     zz = 30 + 3 * np.sin(xx / 9) * np.cos(yy / 7)
     surface = BSplineSurface(knots_u, knots_v, np.stack([xx, yy, zz], axis=-1))
-    from scipy.interpolate import NdBSpline
-
     heights = NdBSpline((knots_u, knots_v), surface.control_points[:, :, 2], 3)
 
     def to_uv(x, y):
-        return np.column_stack(
-            [(np.asarray(x) / w + margin), (np.asarray(y) / d + margin)]
-        ) / (1 + 2 * margin)
+        return np.column_stack([(np.asarray(x) / w + margin), (np.asarray(y) / d + margin)]) / (
+            1 + 2 * margin
+        )
 
     draft = Draft()
     outline = rectangle(w, d)

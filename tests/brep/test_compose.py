@@ -1,0 +1,102 @@
+"""Repairs, and independence of unit and place."""
+
+import time
+from dataclasses import replace
+
+import brep_models
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from crispline.brep import occt
+from crispline.brep.build import build_shape
+from crispline.brep.check import check_file, check_shape
+from crispline.brep.compose import make_solid
+from crispline.brep.heal import heal
+from crispline.brep.step import write_step
+from crispline.curve import Line
+from crispline.errors import ReconstructionError
+from crispline.surface import Similarity
+
+ROTATION = Rotation.from_rotvec([0.3, 0.5, -0.2]).as_matrix()
+
+
+@pytest.mark.parametrize(
+    ("scale", "shift"),
+    [(1.0, 0.0), (1e-3, 0.0), (1e3, 0.0), (1.0, 1e6), (1e-3, 1e3), (0.0254, 1e6)],
+)
+@pytest.mark.parametrize(
+    "name", ["box_cylinder", "two_boxes", "conical_hole", "stepped_shaft", "spline_top"]
+)
+def test_unit_and_place_do_not_matter(name, scale, shift, tmp_path):
+    sample = brep_models.SAMPLES[name]()
+    moved = sample.model.transformed(Similarity(scale, ROTATION, np.full(3, shift)))
+    solid = make_solid(moved, None, scale)
+    write_step(solid.shape, tmp_path / "part.step")
+    for check in (solid.check, check_file(tmp_path / "part.step", None, scale)):
+        assert check.is_good
+        assert check.n_faces == len(sample.model.faces)
+        assert check.volume == pytest.approx(sample.volume * scale**3, rel=1e-6)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 25.4])
+def test_model_with_gaps_stays_valid_in_other_units(scale, tmp_path):
+    model = brep_models.shaken(brep_models.box_cylinder().model, 0.1, seed=2)
+    solid = make_solid(model.transformed(Similarity(scale, ROTATION, np.zeros(3))), None, scale)
+    write_step(solid.shape, tmp_path / "part.step")
+    assert solid.check.is_good
+    assert solid.check.vertex_tolerance < 0.4 * scale
+    assert check_file(tmp_path / "part.step", None, scale).is_good
+
+
+def turned_roof():
+    model = brep_models.box().model
+    face = model.faces[1]
+    faces = (model.faces[0], replace(face, orientation=-face.orientation), *model.faces[2:])
+    return replace(model, faces=faces)
+
+
+def test_repair_is_tried_told_and_checked():
+    solid = make_solid(turned_roof(), None, 1.0)
+    assert solid.attempt == "healed to 0.1 spacings"
+    assert solid.check.is_good
+    assert solid.check.volume == pytest.approx(60 * 40 * 30)
+
+
+def test_without_time_the_faulty_shape_is_returned_as_faulty():
+    solid = make_solid(turned_roof(), None, 1.0, time_limit=0.0)
+    assert solid.attempt == "as built"
+    assert not solid.check.is_valid
+
+
+def test_healing_stops_at_its_time_limit():
+    shape = build_shape(turned_roof()).shape
+    start = time.monotonic()
+    assert heal(shape, 0.1, time_limit=0.05) is None
+    assert time.monotonic() - start < 5.0
+
+
+def test_healing_leaves_its_input_alone():
+    shape = build_shape(turned_roof()).shape
+    before = occt.to_text(shape)
+    healed = heal(shape, 0.1, time_limit=60.0, drop_pcurves=True)
+    assert check_shape(healed).is_good
+    assert occt.to_text(shape) == before
+
+
+def test_edge_without_geometry_is_refused_by_name():
+    model = brep_models.box().model
+    edge = model.edges[0]
+    void = replace(edge, curve=Line(edge.curve.origin, np.zeros(3), 0.0, 1.0))
+    with pytest.raises(ReconstructionError, match="line between faces 0 and 2"):
+        make_solid(replace(model, edges=(void, *model.edges[1:])), None, 1.0)
+
+
+def test_bad_faces_are_told_in_the_numbers_of_the_model():
+    model = brep_models.box_with_void().model
+    face = model.faces[8]
+    moved = face.surface.transformed(Similarity(1.0, np.eye(3), 5.0 * face.surface.normal))
+    faces = tuple(replace(f, surface=moved) if i == 8 else f for i, f in enumerate(model.faces))
+    solid = make_solid(replace(model, faces=faces), None, 1.0, time_limit=0.0)
+    assert 8 in {bad.index for bad in solid.check.bad_faces}
+    assert all(bad.index >= 6 for bad in solid.check.bad_faces)

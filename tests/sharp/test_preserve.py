@@ -1,0 +1,99 @@
+"""Located features put into the net: the surface becomes sharp exactly there."""
+
+import numpy as np
+import pytest
+
+from crispline.brep.model import Edge, Face, Model
+from crispline.curve import Line
+from crispline.net.halfedge import half_edges
+from crispline.net.quads import QuadNet
+from crispline.region.topology import border_topology
+from crispline.sharp.preserve import preserve
+from crispline.spline.creased import subdivided
+from crispline.surface import Plane
+
+N = 6
+
+
+@pytest.fixture
+def cube(nets):
+    """A ragged net of a cube of half side 1, its topology, and the exact edges."""
+    exact, quads, side = nets.box(N)
+    vertices = exact + 0.05 * np.random.default_rng(0).normal(size=exact.shape)
+    topology = border_topology(half_edges(quads, len(vertices)), side)
+    used = sorted({int(chain.vertices[end]) for chain in topology.chains for end in (0, -1)})
+    edges = []
+    for chain in topology.chains:
+        a, b = exact[chain.vertices[0]], exact[chain.vertices[-1]]
+        line = Line(a, (b - a) / 2.0, 0.0, 2.0)
+        start, end = used.index(chain.vertices[0]), used.index(chain.vertices[-1])
+        edges.append(Edge(line, start, end, chain.left, chain.right, 0.0, np.pi / 2, True))
+    faces = tuple(
+        Face(Plane(np.zeros(3), np.eye(3)[0]), 1, topology.loops[k], np.zeros((0, 3)), np.zeros(0), k)
+        for k in range(6)
+    )  # fmt: skip
+    model = Model(exact[used], np.zeros(len(used)), tuple(edges), faces)
+    return QuadNet(vertices, quads), topology, model, exact
+
+
+def with_sharp(model, is_sharp):
+    """The model with the given edges sharp and the others tangent."""
+    edges = tuple(
+        Edge(e.curve, e.start, e.end, e.left, e.right, e.gap, e.angle, bool(sharp))
+        for e, sharp in zip(model.edges, is_sharp, strict=True)
+    )
+    return Model(model.vertices, model.vertex_gaps, edges, model.faces)
+
+
+def test_the_net_follows_the_edges_and_nothing_else_moves(cube):
+    net, topology, model, _ = cube
+    creased = preserve(net, topology, model)
+    on_chain = np.unique(np.concatenate([chain.vertices for chain in topology.chains]))
+    placed = np.sort(np.abs(creased.vertices[on_chain]), axis=1)
+    np.testing.assert_allclose(placed[:, 1:], 1.0)
+    others = np.setdiff1d(np.arange(len(net.vertices)), on_chain)
+    np.testing.assert_array_equal(creased.vertices[others], net.vertices[others])
+    np.testing.assert_array_equal(creased.quads, net.quads)
+
+
+def test_creases_are_sides_of_the_net_and_corners_are_the_eight(cube):
+    net, topology, model, exact = cube
+    creased = preserve(net, topology, model)
+    sides = {frozenset(pair) for quad in net.quads for pair in zip(quad, np.roll(quad, 1))}  # noqa: B905
+    assert len(creased.creases) == 12 * N
+    assert {frozenset(pair) for pair in creased.creases} <= sides
+    np.testing.assert_array_equal(
+        creased.corners, np.flatnonzero((np.abs(exact) == 1.0).all(axis=1))
+    )
+
+
+def test_neighbours_on_a_chain_keep_their_order_and_shares(cube):
+    net, topology, model, _ = cube
+    creased = preserve(net, topology, model)
+    for chain in topology.chains:
+        before = np.linalg.norm(np.diff(net.vertices[chain.vertices], axis=0), axis=1)
+        after = np.linalg.norm(np.diff(creased.vertices[chain.vertices], axis=0), axis=1)
+        np.testing.assert_allclose(after / 2.0, before / before.sum(), atol=1e-9)
+
+
+def test_the_surface_passes_through_the_features(cube):
+    net, topology, model, exact = cube
+    creased = preserve(net, topology, model)
+    for _ in range(3):
+        creased = subdivided(creased)
+    np.testing.assert_allclose(
+        creased.vertices[creased.corners], exact[creased.corners], atol=1e-12
+    )
+    along = np.sort(np.abs(creased.vertices[np.unique(creased.creases)]), axis=1)
+    np.testing.assert_allclose(along[:, 1:], 1.0)
+
+
+def test_tangent_edges_stay_smooth(cube):
+    net, topology, model, _ = cube
+    smooth = preserve(net, topology, with_sharp(model, np.zeros(12)))
+    np.testing.assert_array_equal(smooth.vertices, net.vertices)
+    assert smooth.creases.shape == (0, 2)
+    assert len(smooth.corners) == 0
+    one = preserve(net, topology, with_sharp(model, np.arange(12) == 0))
+    assert len(one.creases) == N
+    assert len(one.corners) == 0
