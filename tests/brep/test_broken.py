@@ -63,7 +63,7 @@ def test_missing_face(name):
 def test_every_swapped_orientation(name):
     model = brep_models.SAMPLES[name]().model
     cloud = cloud_of(model)
-    for index in range(0, len(model.faces), 3):
+    for index in range(0, len(model.faces), 1 + len(model.faces) // 3):
         face = model.faces[index]
         turned = [
             {"orientation": -face.orientation},
@@ -147,7 +147,7 @@ def test_uncovered_cloud_counts_but_lone_outliers_do_not():
     cloud = cloud_of(model)
     outliers = np.random.default_rng(0).uniform(-40, 100, (200, 3))
     assert make_solid(model, np.vstack([cloud, outliers]), 1.0).check.is_good
-    boss = np.random.default_rng(0).uniform(0, 8, (200, 3)) + [20, 20, 34]
+    boss = np.random.default_rng(0).uniform(0, 8, (200, 3)) + np.array([20, 20, 34])
     check = make_solid(model, np.vstack([cloud, boss]), 1.0).check
     assert not check.is_good
     assert check.n_uncovered > 100

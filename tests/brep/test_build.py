@@ -51,7 +51,7 @@ def test_paper_model_gains_only_a_seam():
         ("rounded_box", 0, 0),
         ("half_elbow", 0, 0),
         ("stepped_shaft", 3, 0),  # three seams, all on one line down the shaft
-        ("notched_cylinder", 1, 0),  # the seam runs between a corner and the free rim
+        ("notched_cylinder", 2, 1),  # rulings leave all corners, so an arc is cut
         ("conical_hole", 2, 1),  # a seam to the apex, and the apex itself
         ("cone_sector", 1, 0),  # the apex is a corner already; only the edge round it
         ("sphere_topped_cylinder", 3, 1),

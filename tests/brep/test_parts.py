@@ -40,13 +40,8 @@ CHARTS = [
 
 
 def inside(chart, share):
-    borders = [
-        np.clip(side, low, high)
-        for side, low, high in zip((chart.u_range, chart.v_range), (-5, -5), (12, 12), strict=True)
-    ]
-    return np.array(
-        [[low + s * (high - low) for (low, high), s in zip(borders, share, strict=True)]]
-    )
+    low, high = np.clip(np.transpose([chart.u_range, chart.v_range]), -5.0, 12.0)
+    return np.array([low + share * (high - low)])
 
 
 shares = st.tuples(st.floats(0.02, 0.98), st.floats(0.02, 0.98))

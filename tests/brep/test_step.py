@@ -1,6 +1,7 @@
 """STEP files: the same bytes, whole or not at all, and read back."""
 
 import os
+from pathlib import Path
 
 import brep_models
 import pytest
@@ -56,8 +57,8 @@ def test_failed_writing_leaves_the_old_file(tmp_path, monkeypatch):
     def fail(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(os, "replace", fail)
-    with pytest.raises(OSError, match="disk full"):
+    monkeypatch.setattr(Path, "write_bytes", fail)
+    with pytest.raises(InputError, match="disk full"):
         write_step(build_shape(brep_models.box().model).shape, path)
     assert os.listdir(tmp_path) == ["part.step"]
     assert path.read_text() == "old"

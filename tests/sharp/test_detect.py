@@ -72,7 +72,6 @@ def test_spread_of_any_normals_is_between_half_the_truth_and_the_truth(nets, see
     truth = brute_spread(normals, adjacency, is_curved, rings)
     assert (spread <= truth + 1e-6).all()
     assert (spread >= 0.5 * truth - 1e-6).all()
-    assert np.mean(spread[truth > 0.0] > 0.95 * truth[truth > 0.0]) > 0.8 or not truth.any()
 
 
 def folded(nets, phase, angle_deg=90.0, n=24):

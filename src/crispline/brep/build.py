@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from OCP.BRep import BRep_Builder
-from OCP.Standard import Standard_Failure
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex, TopoDS_Wire
 
@@ -39,6 +38,7 @@ from crispline.surface.base import Array
 
 _MARGIN = 1.05
 """Tolerances exceed the measured gap by this factor, as gaps are measured at samples."""
+_REFUSALS: tuple[type[Exception], ...] = (WireError, *occt.FAILURES)
 _FORWARD = TopAbs_Orientation.TopAbs_FORWARD
 _REVERSED = TopAbs_Orientation.TopAbs_REVERSED
 
@@ -80,7 +80,7 @@ def build_shape(model: Model) -> Built:
     for index, (face, chart) in enumerate(zip(cut.faces, seams.charts, strict=True)):
         try:
             built = workshop.face(chart, face_wires(cut, face, chart))
-        except (WireError, Standard_Failure) as error:
+        except _REFUSALS as error:
             failures.append((index, str(error) or type(error).__name__))
             continue
         faces[index] = built if face.orientation > 0 else built.Reversed()
@@ -119,7 +119,7 @@ class _Workshop:
         interval = (curve.start, curve.end)
         try:
             geometry = occt.curve_to_occt(curve)
-        except Standard_Failure as error:
+        except occt.FAILURES as error:
             raise ReconstructionError(
                 f"the {curve.kind} between faces {edge.left} and {edge.right} is no curve: {error}"
             ) from error

@@ -10,6 +10,7 @@ import io
 from typing import Any
 
 import numpy as np
+import OCP.Standard
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.BRepTools import BRepTools
@@ -48,6 +49,13 @@ VERTEX = TopAbs_ShapeEnum.TopAbs_VERTEX
 
 CONFUSION = 1e-7
 """OCCT's absolute resolution: two points closer than this are one."""
+
+FAILURES: tuple[type[Exception], ...] = tuple(
+    kind
+    for kind in vars(OCP.Standard).values()
+    if isinstance(kind, type) and issubclass(kind, Exception)
+)
+"""What OCCT raises; the bindings do not tell that these have a common base."""
 
 _CASTS = {
     SOLID: TopoDS.Solid,

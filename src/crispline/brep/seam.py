@@ -88,7 +88,7 @@ def choose_seams(model: Model) -> Seams:
         chart = _first_chart(model, face)
         if isinstance(chart, RevolutionChart):
             loops = trace_loops(model, face, chart)
-            chart, new_cuts = _place_seams(model, chart, loops, cuts, free)
+            chart, new_cuts = _Search(model, chart, loops, cuts, free).place()
             for edge, parameter in new_cuts:
                 if _known_cut(model, cuts, edge, parameter) is None:
                     cuts.setdefault(edge, []).append(parameter)
@@ -123,54 +123,109 @@ def _first_chart(model: Model, face: Face) -> Chart:
     raise TypeError(f"no chart for a {type(surface).__name__}")
 
 
-def _place_seams(
-    model: Model,
-    chart: RevolutionChart,
-    loops: Sequence[Sequence[Arc]],
-    cuts: Mapping[int, Sequence[float]],
-    free: frozenset[int],
-) -> tuple[Chart, list[tuple[int, float]]]:
-    """The chart with its seams in place, and the cuts that they make."""
-    if not loops:
-        return chart, []
-    u = _best_seam(model, chart, loops, 0, cuts, free)
-    y_axis = np.cross(chart.axis, chart.x_axis)
-    x_axis = unit(np.cos(u.value) * chart.x_axis + np.sin(u.value) * y_axis)
-    new_cuts = list(u.cuts)
-    if isinstance(chart, TorusChart):
-        v = _best_seam(model, chart, loops, 1, cuts, free)
-        chart = replace(chart, v_start=float(wrapped(np.array(v.value))))
-        new_cuts += v.cuts
-    return replace(chart, x_axis=x_axis), new_cuts
+@dataclass(frozen=True)
+class _Search:
+    """Everything that the choice of one face's seams depends on.
 
+    Attributes
+    ----------
+    model, chart, loops : the face, with an arbitrary seam.
+    cuts : the cuts that other faces' seams have made so far.
+    free : closed edges without a corner, see :func:`corner_free_edges`.
+    """
 
-def _best_seam(
-    model: Model,
-    chart: RevolutionChart,
-    loops: Sequence[Sequence[Arc]],
-    axis: int,
-    cuts: Mapping[int, Sequence[float]],
-    free: frozenset[int],
-) -> _Candidate:
-    angles = [arc.uv[:, axis] for loop in loops for arc in loop]
-    gaps = _gaps(angles)
-    for middle in gaps:
-        if not is_inside(loops, chart, axis, middle):
-            return _Candidate(middle, 0.0, 0.0, ())
-    arcs = [arc for loop in loops for arc in loop]
-    cut_points = [
-        model.edges[arc.edge].curve.evaluate(np.array([place]))
-        for arc in arcs
-        for place in cuts.get(arc.edge, ())
-    ]
-    values = [
-        *(float(arc.uv[0, axis]) for arc in arcs if arc.edge not in free),
-        *(float(chart.parameters(point)[0, axis]) for point in cut_points),
-        *gaps,
-        *(TURN * np.arange(_N_DIRECTIONS) / _N_DIRECTIONS),
-    ]
-    candidates = [_candidate(model, chart, loops, axis, v, cuts, free) for v in values]
-    return min(candidates, key=lambda c: (c.cost, -round(c.clearance, 6)))
+    model: Model
+    chart: RevolutionChart
+    loops: Sequence[Sequence[Arc]]
+    cuts: Mapping[int, Sequence[float]]
+    free: frozenset[int]
+
+    def place(self) -> tuple[RevolutionChart, list[tuple[int, float]]]:
+        """The chart with its seams in place, and the cuts that they make."""
+        chart = self.chart
+        if not self.loops:
+            return chart, []
+        u = self.best(0)
+        y_axis = np.cross(chart.axis, chart.x_axis)
+        x_axis = unit(np.cos(u.value) * chart.x_axis + np.sin(u.value) * y_axis)
+        new_cuts = list(u.cuts)
+        if isinstance(chart, TorusChart):
+            v = self.best(1)
+            chart = replace(chart, v_start=float(wrapped(np.array(v.value))))
+            new_cuts += v.cuts
+        return replace(chart, x_axis=x_axis), new_cuts
+
+    def best(self, axis: int) -> _Candidate:
+        """The best line ``u = const`` (axis 0) or ``v = const`` (axis 1) for a seam."""
+        arcs = [arc for loop in self.loops for arc in loop]
+        gaps = _gaps([arc.uv[:, axis] for arc in arcs])
+        for middle in gaps:
+            if not is_inside(self.loops, self.chart, axis, middle):
+                return _Candidate(middle, 0.0, 0.0, ())
+        cut_points = [
+            self.model.edges[arc.edge].curve.evaluate(np.array([place]))
+            for arc in arcs
+            for place in self.cuts.get(arc.edge, ())
+        ]
+        values = [
+            *(float(arc.uv[0, axis]) for arc in arcs if arc.edge not in self.free),
+            *(float(self.chart.parameters(point)[0, axis]) for point in cut_points),
+            *gaps,
+            *(TURN * np.arange(_N_DIRECTIONS) / _N_DIRECTIONS),
+        ]
+        candidates = [self.rate(axis, value) for value in values]
+        return min(candidates, key=lambda c: (c.cost, -round(c.clearance, 6)))
+
+    def rate(self, axis: int, value: float) -> _Candidate:
+        """Rate a seam: each new vertex costs 1, a moved one little, an old one nothing."""
+        impossible = _Candidate(value, np.inf, 0.0, ())
+        found: list[tuple[int, float]] = []
+        cost, clearance = 0.0, np.pi
+        for loop in self.loops:
+            offsets = [wrapped(arc.uv[:, axis] - value) for arc in loop]
+            places: list[tuple[int, float]] = []
+            is_crossed = False
+            for i, (arc, offset) in enumerate(zip(loop, offsets, strict=True)):
+                is_on = np.abs(offset) < _ON_LINE
+                if (is_on[:-1] & is_on[1:]).any():  # the edge runs along the seam
+                    return impossible
+                for k in _sign_changes(offset, is_on):
+                    place = self.crossing(arc, axis, value, k)
+                    if place is None:
+                        return impossible
+                    places.append((arc.edge, place))
+                if is_on[0]:
+                    if offsets[i - 1][-2] * offset[1] > 0.0:  # the loop touches it and turns
+                        return impossible
+                    is_crossed = True
+                    if arc.edge in self.free:  # hold the vertex where it is
+                        places.append((arc.edge, self.model.edges[arc.edge].curve.start))
+            for edge, place in places:
+                known = _known_cut(self.model, self.cuts, edge, place)
+                found.append((edge, place if known is None else known))
+                is_movable = edge in self.free and not self.cuts.get(edge)
+                cost += 0.0 if known is not None else 0.01 if is_movable else 1.0
+            if not places and not is_crossed:
+                clearance = min(clearance, min(float(np.abs(offset).min()) for offset in offsets))
+        return _Candidate(value, cost, clearance, tuple(found))
+
+    def crossing(self, arc: Arc, axis: int, value: float, interval: int) -> float | None:
+        """Curve parameter where an arc meets the line, within one sample interval.
+
+        None if the line passes between the end of the curve and its vertex.
+        """
+        curve = self.model.edges[arc.edge].curve
+
+        def offset(t: float) -> float:
+            uv = self.chart.parameters(curve.evaluate(np.array([t])))
+            return float(wrapped(uv[0, axis] - value))
+
+        low, high = float(arc.t[interval]), float(arc.t[interval + 1])
+        at_low, at_high = offset(low), offset(high)
+        if at_low * at_high > 0.0:  # a sample on the line, or a vertex off its curve
+            nearest = low if abs(at_low) < abs(at_high) else high
+            return nearest if curve.start < nearest < curve.end else None
+        return float(brentq(offset, low, high, xtol=1e-14 * (1.0 + abs(high))))
 
 
 def _gaps(angles: Sequence[Array]) -> list[float]:
@@ -182,47 +237,6 @@ def _gaps(angles: Sequence[Array]) -> list[float]:
     return [float(taken[i] + 0.5 * width[i]) for i in order if width[i] > max(3.0 * step, 0.02)]
 
 
-def _candidate(
-    model: Model,
-    chart: RevolutionChart,
-    loops: Sequence[Sequence[Arc]],
-    axis: int,
-    value: float,
-    cuts: Mapping[int, Sequence[float]],
-    free: frozenset[int],
-) -> _Candidate:
-    """Rate a seam: each new vertex costs 1, a moved one little, an old one nothing."""
-    found: list[tuple[int, float]] = []
-    cost, clearance = 0.0, np.pi
-    for loop in loops:
-        offsets = [wrapped(arc.uv[:, axis] - value) for arc in loop]
-        places: list[tuple[int, float]] = []
-        is_crossed = False
-        for i, (arc, offset) in enumerate(zip(loop, offsets, strict=True)):
-            is_on = np.abs(offset) < _ON_LINE
-            if (is_on[:-1] & is_on[1:]).any():  # the edge runs along the seam
-                return _Candidate(value, np.inf, 0.0, ())
-            for k in _sign_changes(offset, is_on):
-                place = _crossing(model, chart, arc, axis, value, k)
-                if place is None:
-                    return _Candidate(value, np.inf, 0.0, ())
-                places.append((arc.edge, place))
-            if is_on[0]:
-                if offsets[i - 1][-2] * offset[1] > 0.0:  # the loop touches the seam and turns
-                    return _Candidate(value, np.inf, 0.0, ())
-                is_crossed = True
-                if arc.edge in free:  # hold the vertex where it is
-                    places.append((arc.edge, model.edges[arc.edge].curve.start))
-        for edge, place in places:
-            known = _known_cut(model, cuts, edge, place)
-            found.append((edge, place if known is None else known))
-            is_movable = edge in free and not cuts.get(edge)
-            cost += 0.0 if known is not None else 0.01 if is_movable else 1.0
-        if not places and not is_crossed:
-            clearance = min(clearance, min(float(np.abs(offset).min()) for offset in offsets))
-    return _Candidate(value, cost, clearance, tuple(found))
-
-
 def _sign_changes(offset: Array, is_on: NDArray[np.bool_]) -> list[int]:
     """Sample intervals in whose inside the offset passes through zero."""
     is_positive = offset > 0.0
@@ -231,27 +245,6 @@ def _sign_changes(offset: Array, is_on: NDArray[np.bool_]) -> list[int]:
     changes[0] &= not is_on[0]
     changes[-1] &= not is_on[-1]
     return [int(i) for i in np.flatnonzero(changes)]
-
-
-def _crossing(
-    model: Model, chart: RevolutionChart, arc: Arc, axis: int, value: float, interval: int
-) -> float | None:
-    """Curve parameter where an arc meets the line, within one sample interval.
-
-    None if the line passes between the end of the curve and its vertex.
-    """
-    curve = model.edges[arc.edge].curve
-
-    def offset(t: float) -> float:
-        uv = chart.parameters(curve.evaluate(np.array([t])))
-        return float(wrapped(uv[0, axis] - value))
-
-    low, high = float(arc.t[interval]), float(arc.t[interval + 1])
-    at_low, at_high = offset(low), offset(high)
-    if at_low * at_high > 0.0:  # a sample on the line, or a vertex off its curve
-        nearest = low if abs(at_low) < abs(at_high) else high
-        return nearest if curve.start < nearest < curve.end else None
-    return float(brentq(offset, low, high, xtol=1e-14 * (1.0 + abs(high))))
 
 
 def _known_cut(

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import io
-import os
 import re
-import tempfile
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -24,11 +22,13 @@ from OCP.STEPControl import (
     STEPControl_Writer,
 )
 from OCP.StepData import StepData_StepWriter
+from OCP.StepRepr import StepRepr_NextAssemblyUsageOccurrence
 from OCP.TCollection import TCollection_HAsciiString
 
 from crispline.brep import occt
 from crispline.brep.measure import face_areas, tessellate, volume
 from crispline.errors import InputError, ReconstructionError
+from crispline.files import atomic_path
 
 _NAME = "crispline"
 _LONG_NUMBER = re.compile(rb"(\d\.\d{15})E([+-]\d{2,3})")
@@ -46,22 +46,15 @@ def write_step(shape: Any, path: str | PathLike[str]) -> None:
     ------
     ReconstructionError
         If OCCT cannot write the shape.
-    OSError
+    InputError
         If the file cannot be written.
     """
     content = step_bytes(shape, has_pcurves=False)
     if not _reads_back(content, shape):
         with_pcurves = step_bytes(shape, has_pcurves=True)
         content = with_pcurves if _reads_back(with_pcurves, shape) else content
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.replace(temporary, target)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    with atomic_path(Path(path)) as draft:
+        draft.write_bytes(content)
 
 
 def step_bytes(shape: Any, has_pcurves: bool) -> bytes:
@@ -78,11 +71,14 @@ def step_bytes(shape: Any, has_pcurves: bool) -> bytes:
     header.SetName(_text(_NAME))
     header.SetOriginatingSystem(_text(_NAME))
     header.SetTimeStamp(_text(_TIME_STAMP))
-    entities = (model.Value(i) for i in range(1, model.NbEntities() + 1))
-    products = (entity for entity in entities if isinstance(entity, StepBasic_Product))
-    for number, product in enumerate(products, start=1):  # OCCT counts on from file to file
-        product.SetName(_text(f"{_NAME} {number}"))
-        product.SetId(_text(f"{_NAME} {number}"))
+    # OCCT numbers parts, and their uses in an assembly, on from file to file.
+    for number in range(1, model.NbEntities() + 1):
+        entity = model.Value(number)
+        if isinstance(entity, StepBasic_Product):
+            entity.SetName(_text(f"{_NAME} {number}"))
+            entity.SetId(_text(f"{_NAME} {number}"))
+        elif isinstance(entity, StepRepr_NextAssemblyUsageOccurrence):
+            entity.SetId(_text(str(number)))
     # STEPControl_Writer.WriteStream rounds to 13 digits: too few for a part far from the
     # origin. OCCT's own suppression of zeros spoils longer numbers, so it is done here.
     printer = StepData_StepWriter(model)

@@ -21,7 +21,7 @@ N_NEIGHBOURS = 24
 _ROUNDING = 2.0**-24
 
 # Moments smaller than this share of the whole are rounding errors of the input.
-_MOMENT_ROUNDING = 2.0**-22
+_MOMENT_ROUNDING = 2.0**-30
 
 
 @dataclass(frozen=True)

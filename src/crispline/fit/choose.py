@@ -169,7 +169,7 @@ def _is_worth(fit: Fit, flat: Fit, sigma: float) -> bool:
     """Whether a curved surface explains enough more than a plane to be preferred."""
     gain = fit.n_points * (flat.rms**2 - fit.rms**2) / sigma**2
     spared = fit.surface.n_parameters - flat.surface.n_parameters
-    return gain > max(2.0 * spared * np.log(fit.n_points), _NOISE_SHARE * fit.n_points)
+    return gain > max(2.0 * spared * float(np.log(fit.n_points)), _NOISE_SHARE * fit.n_points)
 
 
 def tested(

@@ -42,7 +42,7 @@ def basins(
     cut = turn < np.cos(np.radians(options.cut_deg))
     length = np.linalg.norm(centres[a] - centres[b], axis=1)
     height = _crease_distance(pairs, length, is_sharp, cut, m) / edge_length
-    label = _flow_uphill(height, pairs, m)
+    label = _flow_uphill(height, pairs[~cut], m)
     label = _join_over_high_passes(label, height, pairs, options)
     label = np.where(is_sharp, -1, label)
     size = np.bincount(label[label >= 0], minlength=m)

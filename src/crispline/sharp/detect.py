@@ -73,9 +73,9 @@ def detect(
 def normal_spread(normals: Array, adjacency: csr_array, is_curved: Mask, rings: int) -> Array:
     """Angle between the flat normals that differ most within ``rings`` rings, shape ``(m,)``.
 
-    Evaluated at curved patches, 0 elsewhere. The farthest pair is found from
-    the mean by two sweeps (farthest from the mean, then farthest from that),
-    which is exact for normals on an arc.
+    Evaluated at curved patches, 0 elsewhere. The farthest pair is sought by
+    three sweeps (farthest from the mean, then twice farthest from the last),
+    which is exact for normals on an arc and never less than half the truth.
     """
     reach = adjacency
     for _ in range(rings - 1):

@@ -72,7 +72,7 @@ class Surface(ABC):
     def signed_distance(self, points: Array) -> Array:
         """Distance along the surface normal, shape ``(n,)``; positive on the normal's side."""
         feet, normals = self.project(points)
-        return np.einsum("ij,ij->i", points - feet, normals)
+        return np.asarray(np.einsum("ij,ij->i", points - feet, normals))
 
     @abstractmethod
     def parameters(self) -> Mapping[str, float | list[float]]:
@@ -97,7 +97,9 @@ def unit(vectors: Array) -> Array:
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     fallback = np.zeros_like(vectors)
     fallback[..., 0] = 1.0
-    return np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), fallback)
+    return np.asarray(
+        np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), fallback)
+    )
 
 
 def perpendicular_frame(axis: Array) -> tuple[Array, Array]:

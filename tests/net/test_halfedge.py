@@ -1,0 +1,99 @@
+"""Connectivity of quad nets against dictionaries, and nets that are not sound."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crispline.errors import ReconstructionError
+from crispline.net.graph import components
+from crispline.net.halfedge import half_edges
+
+
+def shape(nets, name):
+    return {
+        "box": lambda: nets.box(3)[1],
+        "torus": lambda: nets.grid(5, 4, is_closed=True),
+        "open": lambda: nets.grid(4, 6),
+    }[name]()
+
+
+@given(name=st.sampled_from(["box", "torus", "open"]), seed=st.integers(0, 100))
+def test_twins_are_the_sides_run_the_other_way(nets, name, seed):
+    rng = np.random.default_rng(seed)
+    quads = shape(nets, name)
+    n = quads.max() + 1
+    quads = rng.permutation(n)[quads][rng.permutation(len(quads))]  # any numbering
+    net = half_edges(quads, n)
+    place = {}
+    for face, quad in enumerate(quads.tolist()):
+        for k in range(4):
+            place[quad[k], quad[(k + 1) % 4]] = 4 * face + k
+    for half_edge in range(4 * len(quads)):
+        side = int(net.origin[half_edge]), int(net.target[half_edge])
+        assert place[side] == half_edge
+        assert net.twin[half_edge] == place.get(side[::-1], -1)
+        assert net.origin[net.next[half_edge]] == net.target[half_edge]
+        assert net.quad[net.next[half_edge]] == net.quad[half_edge]
+    assert net.is_closed == (name != "open")
+
+
+@pytest.mark.parametrize(("name", "euler"), [("box", 2), ("torus", 0), ("open", 1)])
+def test_pairs_adjacency_and_neighbours_agree(nets, name, euler):
+    quads = shape(nets, name)
+    n = quads.max() + 1
+    net = half_edges(quads, n)
+    dense = net.adjacency().toarray()
+    np.testing.assert_array_equal(dense, dense.T)
+    assert dense.max() == 1.0
+    pairs = net.pairs()
+    assert (pairs[:, 0] < pairs[:, 1]).all()
+    assert len(pairs) == dense.sum() / 2
+    np.testing.assert_array_equal(dense[pairs[:, 0], pairs[:, 1]], 1.0)
+    neighbours = net.neighbours()
+    assert [set(row[row >= 0]) for row in neighbours] == [set(np.flatnonzero(r)) for r in dense]
+    n_sides = len(pairs) + int((net.twin < 0).sum())
+    assert n - n_sides + len(quads) == euler
+
+
+def test_a_closed_net_passes_and_an_open_one_is_refused_with_its_place(nets):
+    vertices, quads, _ = nets.box(4, half=10.0)
+    half_edges(quads, len(vertices)).require_closed(vertices)
+    corner = np.array([10.0, 10.0, 10.0])
+    hole = np.argmin(np.linalg.norm(vertices[quads].mean(axis=1) - corner, axis=1))
+    open_net = half_edges(np.delete(quads, hole, axis=0), len(vertices))
+    with pytest.raises(ReconstructionError, match="open at 4 sides") as caught:
+        open_net.require_closed(vertices)
+    place = str(caught.value).split("(")[1].split(")")[0]
+    middle = np.array([float(x) for x in place.split(",")])
+    np.testing.assert_allclose(middle, vertices[quads[hole]].mean(axis=0), atol=3.0)
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [[0, 1, 6, 7], [1, 0, 6, 7]],
+    ids=["a third quad on a side", "and one the other way round"],
+)
+def test_a_side_of_three_quads_counts_as_open(nets, extra):
+    quads = np.concatenate([nets.grid(2, 3), [extra]])
+    net = half_edges(quads, 8)
+    assert not net.is_closed
+    twins = net.twin[net.twin >= 0]
+    np.testing.assert_array_equal(net.twin[twins], np.flatnonzero(net.twin >= 0))
+
+
+def test_quads_of_opposite_orientation_are_not_neighbours(nets):
+    quads = nets.grid(3, 2)
+    quads[1] = quads[1, ::-1]
+    assert (half_edges(quads, 6).twin < 0).all()
+
+
+def test_components_within_a_set(nets):
+    quads = nets.grid(5, 5)
+    adjacency = half_edges(quads, 25).adjacency()
+    members = np.ones(16, dtype=bool)
+    members[4:8] = False  # one row of cells is left out
+    piece = components(adjacency, members)
+    assert len(set(piece[:4])) == 1
+    assert len(set(piece[8:])) == 1
+    assert len(set(piece)) == 2 + 4

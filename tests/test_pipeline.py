@@ -1,0 +1,196 @@
+"""The whole chain on small scans of the paper's model, and on scans that it must refuse."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from crispline.brep.check import check_file
+from crispline.errors import InputError, ReconstructionError
+from crispline.pipeline import detect, reconstruct
+from crispline.shapes import SHAPES, sample
+from crispline.surface import Similarity
+
+SHAPE = SHAPES["box-cylinder"]()
+VOLUME = 70.0**3 + np.pi * 25.0**2 * 29.0
+EDGES, CORNERS = 14, 8
+
+
+@cache
+def scan(n_points=8000, **settings):
+    return sample(SHAPE, n_points, **{"seed": 1, **settings})
+
+
+@cache
+def reference():
+    """The random scan with 1 % noise, reconstructed once for several tests."""
+    return reconstruct(scan(noise=0.01).points)
+
+
+def kinds(result):
+    return sorted(face.kind for face in result.faces)
+
+
+def assert_box_with_cylinder(result, n=1):
+    assert result.valid
+    assert result.closed
+    assert kinds(result) == ["cylinder"] * n + ["plane"] * 7 * n
+    assert sum(edge.is_sharp for edge in result.edges) == EDGES * n
+    assert len(result.edges) == EDGES * n
+    assert len(result.corners) == CORNERS * n
+
+
+def nearest(points, others):
+    """Distance of every point to the nearest of the others."""
+    return np.linalg.norm(points[:, None] - others[None], axis=2).min(axis=1)
+
+
+@pytest.mark.parametrize(
+    ("sampling", "noise", "outliers", "corner_error"),
+    [
+        ("random", 0.0, 0.0, 0.002),
+        ("grid", 0.0, 0.0, 0.002),
+        ("half-cell", 0.02, 0.0, 0.03),
+        ("grid", 0.02, 0.1, 0.04),
+        ("random", 0.02, 0.1, 0.04),
+        ("half-cell", 0.05, 0.0, 0.06),
+        ("random", 0.05, 0.1, 0.08),
+    ],
+)
+def test_box_with_cylinder(tmp_path, sampling, noise, outliers, corner_error):
+    cloud = scan(sampling=sampling, noise=noise, outliers=outliers)
+    result = reconstruct(cloud.points)
+    assert_box_with_cylinder(result)
+    assert result.solid.check.volume == pytest.approx(VOLUME, rel=1e-3)
+    assert result.spacing == pytest.approx(cloud.spacing, rel=0.06)
+    assert nearest(SHAPE.corners, result.corners).max() < corner_error * cloud.spacing
+    path = tmp_path / "part.step"
+    result.write(path)
+    inliers = cloud.points[: len(cloud.clean)]
+    check = check_file(path, inliers, cloud.spacing)
+    assert check.is_good
+    assert (check.n_solids, check.n_faces) == (1, 8)
+    assert check.volume == pytest.approx(VOLUME, rel=1e-3)
+    assert max(check.edge_tolerance, check.vertex_tolerance) < 1e-3 * cloud.spacing
+
+
+def test_features_and_parameters(tmp_path):
+    result = reference()
+    assert_box_with_cylinder(result)
+    (cylinder,) = [face for face in result.faces if face.kind == "cylinder"]
+    assert cylinder.parameters["radius"] == pytest.approx(25.0, abs=0.03)
+    assert cylinder.area == pytest.approx(2 * np.pi * 25.0 * 29.0, rel=2e-3)
+    assert sorted(edge.kind for edge in result.edges) == ["circle"] * 2 + ["line"] * 12
+    for edge in result.edges:
+        assert edge.angle_deg == pytest.approx(90.0, abs=0.5)
+        truth = np.concatenate([true.points for true in SHAPE.edges])
+        assert nearest(edge.points, truth).mean() < 1.0  # the truth is sampled, not continuous
+    level = 0.01 * SHAPE.length / 8.0 / np.sqrt(3.0)
+    assert result.noise == pytest.approx(level, rel=0.25)
+    for face in result.faces:
+        assert face.rms == pytest.approx(level, rel=0.15)
+
+
+def test_the_preserved_net_is_sharp_at_the_model():
+    result = reference()
+    patches = result.patches
+    assert nearest(SHAPE.corners, patches.vertices[patches.corners]).max() < 0.05
+    assert len(patches.corners) == CORNERS
+
+
+def test_two_runs_write_the_same_bytes(tmp_path):
+    reference().write(tmp_path / "one.step")
+    reconstruct(scan(noise=0.01).points).write(tmp_path / "two.step")
+    assert (tmp_path / "one.step").read_bytes() == (tmp_path / "two.step").read_bytes()
+
+
+def turned(seed):
+    q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    return q * np.linalg.det(q)
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        Similarity(1e-3, np.eye(3), np.zeros(3)),
+        Similarity(1.0, turned(5), np.zeros(3)),
+        Similarity(1.0, np.eye(3), np.array([1e6, -1e6, 1e6])),
+    ],
+    ids=["metres", "rotated", "far from the origin"],
+)
+def test_the_model_does_not_depend_on_unit_place_or_direction(tmp_path, motion):
+    one = reference()
+    other = reconstruct(motion.points(scan(noise=0.01).points))
+    assert_box_with_cylinder(other)
+    back = motion.inverse().points(other.corners)
+    assert nearest(back, one.corners).max() < 0.02 * one.spacing
+    assert nearest(one.corners, back).max() < 0.02 * one.spacing
+    assert other.spacing == pytest.approx(motion.scale * one.spacing, rel=1e-6)
+    assert other.noise == pytest.approx(motion.scale * one.noise, rel=1e-3)
+    other.write(tmp_path / "part.step")
+    assert check_file(tmp_path / "part.step").is_valid
+
+
+def test_rows_that_repeat_or_are_not_finite_are_left_out_and_reported():
+    points = scan(noise=0.01).points
+    lost = np.full((5, 3), np.nan)
+    result = reconstruct(np.concatenate([lost, points, points[:2000]]))
+    assert_box_with_cylinder(result)
+    assert nearest(result.corners, reference().corners).max() < 1e-6
+    assert any(text.startswith("5 points with coordinates") for text in result.warnings)
+    assert any(text.startswith("2000 points that repeat") for text in result.warnings)
+
+
+def test_two_parts_become_two_solids():
+    points = scan(3500, noise=0.01).points
+    result = reconstruct(np.concatenate([points, points + [150.0, 20.0, 0.0]]))
+    assert_box_with_cylinder(result, n=2)
+    assert result.solid.check.n_solids == 2
+    assert result.solid.check.volume == pytest.approx(2.0 * VOLUME, rel=5e-3)
+
+
+def test_detection_finds_the_same_features_and_builds_nothing():
+    stages = []
+    result = detect(scan(noise=0.01).points, progress=lambda name, share: stages.append(name))
+    assert result.solid is None
+    assert not result.valid
+    assert len(result.edges) == EDGES
+    np.testing.assert_allclose(result.corners, reference().corners, atol=1e-9)
+    assert stages == ["cloud", "normals", "net", "curvature", "regions", "edges", "done"]
+    assert list(result.timings) == stages[:-1]
+    with pytest.raises(ReconstructionError, match="no valid model to write"):
+        result.write("part.step")
+
+
+def test_progress_runs_forward():
+    shares = []
+    result = reconstruct(scan(3000).points, progress=lambda name, share: shares.append(share))
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
+    assert all(seconds >= 0.0 for seconds in result.timings.values())
+
+
+def test_an_open_cloud_is_refused_with_the_place_and_what_is_good():
+    points = scan(6000, noise=0.01).points
+    with pytest.raises(ReconstructionError, match=r"face \d+|near \(") as caught:
+        reconstruct(points[points[:, 0] > 0.0])
+    assert caught.value.exit_code == 3
+    assert "scan" in str(caught.value)
+    partial = caught.value.partial
+    assert partial is not None
+    assert not partial.valid
+    assert len(partial.edges) > 0
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (np.zeros((0, 3)), "found none"),
+        (np.zeros((50, 2)), r"shape \(n, 3\)"),
+        (np.zeros((50, 3)), "are equal"),
+        (np.random.default_rng(0).random((10, 3)), "at least 24 points"),
+    ],
+)
+def test_unusable_clouds_are_refused_before_any_work(points, message):
+    with pytest.raises(InputError, match=message):
+        reconstruct(points)
