@@ -84,7 +84,7 @@ def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch
     watch.stage("net", 0.1)
     net = quad_net(cloud, normals, options.net, threads)
     quads = half_edges(net.quads, len(net.vertices))
-    quads.require_closed(net.vertices)
+    quads.require_closed(cloud.to_user.points(net.vertices))
     watch.stage("curvature", 0.4)
     centres = patch_centres(net.vertices, net.quads)
     graph = PatchGraph(centres.point, centres.normal, quads.pairs(), net.edge_length)

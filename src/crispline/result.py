@@ -184,9 +184,15 @@ def failure(result: Reconstruction) -> str:
     if result.solid is None:
         return "no solid was built"
     check = result.solid.check
-    reasons = [f"face {fault.index} ({fault.reason})" for fault in check.bad_faces[:3]]
-    if len(check.bad_faces) > len(reasons):
-        reasons.append(f"{len(check.bad_faces) - len(reasons)} more faces")
+    found: dict[int, list[str]] = {}
+    for fault in check.bad_faces:
+        found.setdefault(fault.index, []).append(fault.reason)
+    reasons = [
+        f"face {index}{_place(result.model, index)}: {', '.join(faults)}"
+        for index, faults in list(found.items())[:3]
+    ]
+    if len(found) > len(reasons):
+        reasons.append(f"{len(found) - len(reasons)} more faces")
     reasons += check.problems
     if not check.is_closed:
         reasons.append("the shell has free edges")
@@ -196,6 +202,18 @@ def failure(result: Reconstruction) -> str:
         f"no valid model could be made: {'; '.join(reasons) or 'the shape is faulty'}; "
         "scan these places more densely"
     )
+
+
+def _place(model: Model, index: int) -> str:
+    """Where a face lies, for a message: the middle of its border, in the user's unit."""
+    if index < 0:
+        return ""
+    uses = {edge for loop in model.faces[index].loops for edge, _ in loop}
+    places = [model.edges[edge].curve.samples(9) for edge in sorted(uses)]
+    points = np.concatenate([*places, model.faces[index].points])
+    if len(points) == 0:
+        return ""
+    return " near ({:.4g}, {:.4g}, {:.4g})".format(*np.median(points, axis=0))
 
 
 def _edge_report(edge: Edge, spacing: float) -> EdgeReport:

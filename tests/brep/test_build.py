@@ -1,5 +1,7 @@
 """Analytic models become valid solids of the right volume, exact or with gaps."""
 
+from dataclasses import replace
+
 import brep_models
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from crispline.brep.build import build_shape
 from crispline.brep.check import check_file, check_shape
 from crispline.brep.measure import face_areas
 from crispline.brep.step import write_step
+from crispline.surface import Similarity
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -87,3 +90,21 @@ def test_building_twice_gives_the_same_shape():
     model = brep_models.perforated_ring().model
     texts = [occt.to_text(build_shape(model).shape) for _ in range(2)]
     assert texts[0] == texts[1]
+
+
+def test_vertex_covers_the_crossing_of_edges_that_pass_beside_it():
+    model = brep_models.box().model
+    roof = model.faces[1]
+    before, after = (model.edges[e] for e, _ in roof.loops[0][:2])
+    middle = model.vertices[4:8].mean(axis=0)
+    edges = list(model.edges)
+    for e, _ in roof.loops[0][:2]:
+        curve = edges[e].curve
+        inward = middle - curve.origin
+        inward -= (inward @ curve.direction) * curve.direction
+        shift = Similarity(1.0, np.eye(3), 0.07 * inward / np.linalg.norm(inward))
+        edges[e] = replace(edges[e], curve=curve.transformed(shift))
+    check = check_shape(build_shape(replace(model, edges=tuple(edges))).shape)
+    assert before.end == after.start
+    assert check.is_good
+    assert 0.07 * np.sqrt(2) < check.vertex_tolerance < 0.12

@@ -100,7 +100,8 @@ def test_signs_of_the_start_do_not_matter(seed):
 
 def test_every_piece_is_turned_outward_by_itself():
     points, truth = sphere(500)
-    points = np.concatenate([points, points + [100.0, 0.0, 0.0], points - [0.0, 80.0, 0.0]])
+    places = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, -80.0, 0.0]])
+    points = (places[:, None] + points).reshape(-1, 3)
     truth = np.tile(truth, (3, 1))
     signs = np.repeat([1.0, -1.0, -1.0], 500)[:, None]
     oriented = orient_by_spanning_tree(points, signs * truth, neighbours_of(points), 2.0, 0.25)

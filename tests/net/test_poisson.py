@@ -80,5 +80,5 @@ def test_the_grid_is_coarsened_rather_than_filling_the_memory(monkeypatch):
 
 
 def test_areas_of_points_sum_to_the_area():
-    points, _, areas = ball(10.0)
+    _, _, areas = ball(10.0)
     assert areas.sum() == pytest.approx(4 * np.pi * 100.0, rel=0.15)

@@ -94,14 +94,12 @@ def test_keeps_a_right_angle_better_than_a_mean_would():
 def test_vertices_far_from_the_cloud_stay():
     points, normals = rough_sheet()
     vertices = np.array([[10.0, 10.0, 7.0]])
-    np.testing.assert_array_equal(
-        project_to_cloud(vertices, cKDTree(points), normals, 3), vertices
-    )
+    np.testing.assert_array_equal(project_to_cloud(vertices, cKDTree(points), normals, 3), vertices)
 
 
 def test_chunks_do_not_change_the_result(monkeypatch):
     points, normals = rough_sheet()
-    vertices = points + [0.0, 0.0, 0.3]
+    vertices = points + 0.3 * normals
     whole = project_to_cloud(vertices, cKDTree(points), normals, 2)
     monkeypatch.setattr(projection, "_CHUNK", 97)
     np.testing.assert_array_equal(project_to_cloud(vertices, cKDTree(points), normals, 2), whole)

@@ -28,10 +28,10 @@ def cube(nets):
         line = Line(a, (b - a) / 2.0, 0.0, 2.0)
         start, end = used.index(chain.vertices[0]), used.index(chain.vertices[-1])
         edges.append(Edge(line, start, end, chain.left, chain.right, 0.0, np.pi / 2, True))
+    plane = Plane(np.zeros(3), np.eye(3)[0])  # surfaces play no part here
     faces = tuple(
-        Face(Plane(np.zeros(3), np.eye(3)[0]), 1, topology.loops[k], np.zeros((0, 3)), np.zeros(0), k)
-        for k in range(6)
-    )  # fmt: skip
+        Face(plane, 1, topology.loops[k], np.zeros((0, 3)), np.zeros(0), k) for k in range(6)
+    )
     model = Model(exact[used], np.zeros(len(used)), tuple(edges), faces)
     return QuadNet(vertices, quads), topology, model, exact
 

@@ -99,9 +99,7 @@ def test_a_crease_is_the_cubic_spline_of_its_own_vertices(nets):
     finer = subdivided(CreasedNet(vertices, quads, creases, np.zeros(0, dtype=int)))
     controls = vertices[ring]
     left, right = np.roll(controls, 1, axis=0), np.roll(controls, -1, axis=0)
-    np.testing.assert_allclose(
-        finer.vertices[ring], (left + 6 * controls + right) / 8, atol=1e-12
-    )
+    np.testing.assert_allclose(finer.vertices[ring], (left + 6 * controls + right) / 8, atol=1e-12)
     middle = np.setdiff1d(finer.creases.ravel(), ring)
     expected = (controls + right) / 2
     distance = np.linalg.norm(finer.vertices[middle][:, None] - expected[None], axis=2)

@@ -54,6 +54,10 @@ class HalfEdges:
     def require_closed(self, vertices: Array) -> None:
         """Refuse a net with open or non-manifold sides.
 
+        Parameters
+        ----------
+        vertices : positions that the message may name, in the user's unit, shape ``(n, 3)``.
+
         Raises
         ------
         ReconstructionError
@@ -65,7 +69,7 @@ class HalfEdges:
         place = np.median(vertices[self.origin[loose]], axis=0)
         raise ReconstructionError(
             f"the net over the cloud is open at {int(loose.sum())} sides, most of them near "
-            "({:.1f}, {:.1f}, {:.1f}) spacings from the middle of the cloud; ".format(*place)
+            "({:.4g}, {:.4g}, {:.4g}); ".format(*place)
             + "scan the missing stretch, or more densely where walls are thin"
         )
 

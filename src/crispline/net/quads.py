@@ -137,4 +137,3 @@ def _quiet_stdout() -> Iterator[None]:
         finally:
             os.dup2(saved, 1)
             os.close(saved)
-

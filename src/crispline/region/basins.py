@@ -43,7 +43,7 @@ def basins(
     length = np.linalg.norm(centres[a] - centres[b], axis=1)
     height = _crease_distance(pairs, length, is_sharp, cut, m) / edge_length
     label = _flow_uphill(height, pairs[~cut], m)
-    label = _join_over_high_passes(label, height, pairs, options)
+    label = _join_over_high_passes(label, height, pairs[~cut], options)
     label = np.where(is_sharp, -1, label)
     size = np.bincount(label[label >= 0], minlength=m)
     label[(label >= 0) & (size[np.maximum(label, 0)] < options.min_patches)] = -1

@@ -20,7 +20,7 @@ from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface.base import Array
 
-_N_POINTS = 4  # raw points that speak for a patch
+N_POINTS = 4  # raw points that speak for a patch
 _MISFIT_CAP = 8.0  # squared residuals over 2 sigma^2 count no more than this
 _TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight (1 - cos), capped
 OUT_OF_REACH = 1e3
@@ -46,22 +46,47 @@ def expand_regions(
         region: patch_costs(region, fits[region], label, band, cloud, graph, sigma, options)
         for region in np.unique(label[band]).tolist()
     }
+    weights = {
+        region: border_weights(fits[region], costs[region] < OUT_OF_REACH, graph, options)
+        for region in costs
+    }
     for _ in range(_SWEEPS):
         before = label.copy()
         for region in costs:
-            label = _expansion(region, label, costs, graph.pairs, options.border_cost)
+            label = _expansion(region, label, costs, graph.pairs, weights)
         if np.array_equal(label, before):
             break
     return label
+
+
+def border_weights(
+    fit: RegionFit, members: NDArray[np.bool_], graph: PatchGraph, options: RegionOptions
+) -> Array:
+    """A region's share of the cost of a border along each side, shape ``(e,)``.
+
+    Two regions can only meet where both their surfaces pass: a side costs more
+    the farther it lies from either. So a border moves to where the surfaces
+    intersect, and surfaces that do not meet make room for what is between them.
+
+    Parameters
+    ----------
+    members : patches that the region may take; sides of others cost the cap.
+    """
+    beside = np.flatnonzero(members[graph.pairs].any(axis=1))
+    middle = graph.points[graph.pairs[beside]].mean(axis=1)
+    distance = fit.surface.signed_distance(middle)
+    excess = np.full(len(graph.pairs), options.border_miss_cap)
+    excess[beside] = np.minimum((distance / options.border_miss) ** 2, options.border_miss_cap)
+    return options.border_cost * (0.5 + excess)
 
 
 def misfit(
     surface_fit: RegionFit, patches: NDArray[np.int64], cloud: WorkingCloud, graph: PatchGraph
 ) -> Array:
     """Distance of the four raw points nearest to each patch from a surface, shape ``(k, 4)``."""
-    _, nearest = cloud.tree.query(graph.points[patches], k=_N_POINTS, workers=-1)
+    _, nearest = cloud.tree.query(graph.points[patches], k=N_POINTS, workers=-1)
     distance = surface_fit.surface.signed_distance(cloud.points[nearest].reshape(-1, 3))
-    return np.abs(distance).reshape(-1, _N_POINTS)
+    return np.abs(distance).reshape(-1, N_POINTS)
 
 
 def patch_costs(
@@ -86,9 +111,17 @@ def patch_costs(
 
 
 def _expansion(
-    region: int, label: Labels, costs: Mapping[int, Array], pairs: NDArray[np.int64], border: float
+    region: int,
+    label: Labels,
+    costs: Mapping[int, Array],
+    pairs: NDArray[np.int64],
+    weights: Mapping[int, Array],
 ) -> Labels:
-    """The best labelling in which patches either keep their label or take ``region``."""
+    """The best labelling in which patches either keep their label or take ``region``.
+
+    A side between labels ``a`` and ``b`` costs ``weights[a] + weights[b]`` there,
+    which is a metric on the labels, as expansion moves need.
+    """
     own = costs[region]
     active = np.flatnonzero(own < OUT_OF_REACH)
     if len(active) == 0:
@@ -102,9 +135,13 @@ def _expansion(
     gain = own[active] - current  # cost of taking the region, relative to keeping the label
 
     p, q = pairs.T
-    cost_keep = border * (label[p] != label[q])
-    cost_p_keeps = border * (label[p] != region)  # q takes the region, p does not
-    cost_q_keeps = border * (label[q] != region)
+    weight_p, weight_q = np.zeros(len(pairs)), np.zeros(len(pairs))
+    for other, weight in weights.items():
+        weight_p[label[p] == other] = weight[label[p] == other]
+        weight_q[label[q] == other] = weight[label[q] == other]
+    cost_keep = (weight_p + weight_q) * (label[p] != label[q])
+    cost_p_keeps = (weight_p + weights[region]) * (label[p] != region)  # and q takes the region
+    cost_q_keeps = (weight_q + weights[region]) * (label[q] != region)
     p_in, q_in = index[p] >= 0, index[q] >= 0
     only_p, only_q, both = p_in & ~q_in, q_in & ~p_in, p_in & q_in
     np.add.at(gain, index[p[only_p]], (cost_q_keeps - cost_keep)[only_p])

@@ -49,7 +49,10 @@ def merge_regions(
         if sides < _MIN_BORDER or a in joined or b in joined or key in refused:
             continue
         parts = [labelled.samples(region, fit_options) for region in (a, b)]
-        if _is_one_surface(parts, [fits[a], fits[b]], angle_deg < options.merge_deg, sigma, fit_options):
+        if not all(len(points) for points, _, _ in parts):  # the net spans a gap in the cloud
+            continue
+        is_smooth = angle_deg < options.merge_deg
+        if _is_one_surface(parts, [fits[a], fits[b]], is_smooth, sigma, fit_options):
             label[label == b] = a
             joined |= {a, b}
         else:

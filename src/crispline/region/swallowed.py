@@ -9,7 +9,7 @@ import numpy as np
 from crispline.cloud.working import WorkingCloud
 from crispline.net.graph import components
 from crispline.options import RegionOptions
-from crispline.region.expand import misfit
+from crispline.region.expand import N_POINTS, misfit
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 
@@ -31,13 +31,13 @@ def release_swallowed(
     ``options.swallowed_sigmas`` sigma off every surface within two rings;
     connected groups of ``min_patches`` or more become regions.
     """
-    distance = np.full(len(label), np.inf)
+    distance = np.full((len(label), N_POINTS), np.inf)
     for region, fit in fits.items():
         near = np.flatnonzero(graph.rings(label == region, _RINGS))
-        gap = np.median(misfit(fit, near, cloud, graph), axis=1)
-        distance[near] = np.minimum(distance[near], gap)
+        # Point by point: on a crease each point has a surface, but no surface has them all.
+        distance[near] = np.minimum(distance[near], misfit(fit, near, cloud, graph))
     limit = options.swallowed_sigmas * max(sigma, 0.08)
-    lost = distance > limit
+    lost = np.median(distance, axis=1) > limit
     beside = graph.adjacency @ lost.astype(np.float64)
     lost |= beside >= 3.0
     piece = components(graph.adjacency, lost)
