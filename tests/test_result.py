@@ -125,11 +125,16 @@ def test_failure_names_the_faces_their_places_and_the_reasons(result):
     check = replace(
         result.solid.check, bad_faces=faults, is_closed=False, n_uncovered=12, problems=("a leak",)
     )
-    message = failure(replace(result, solid=replace(result.solid, check=check)))
+    bad = replace(result, solid=replace(result.solid, check=check))
+    message = failure(bad)
     assert "face 1 near (10, " in message
     assert "it cannot be triangulated, 7.0 spacings from the cloud" in message
     assert "2 more faces; a leak; the shell has free edges; 12 points lie off" in message
     assert message.endswith("scan these places more densely")
+    assert not bad.valid
+    stray = replace(check, is_closed=True, problems=())
+    content = replace(result, solid=replace(result.solid, check=stray)).summary()
+    assert (content["valid"], content["closed"]) == (False, True)
 
 
 def test_stopwatch_times_stages_and_tells_progress():

@@ -153,6 +153,16 @@ def test_noise_within_five_per_cent(surface, sigma):
     assert local_noise(points, neighbourhoods(points)[1]) == pytest.approx(sigma, rel=0.05)
 
 
+def test_noise_has_no_bias():
+    """Many neighbourhoods that share no point."""
+    rng = np.random.default_rng(0)
+    flat = rng.uniform(0.0, 5.0, (20_000, 24, 2))
+    points = np.concatenate([flat, 0.1 * rng.normal(size=(20_000, 24, 1))], axis=2).reshape(-1, 3)
+    neighbours = np.repeat(np.arange(20_000 * 24).reshape(-1, 24), 24, axis=0)
+    noise = local_noise(points, neighbours, n_samples=20_000)
+    assert noise == pytest.approx(0.1, rel=0.01)
+
+
 def test_noise_of_a_quadric_without_noise_is_zero():
     rng = np.random.default_rng(0)
     x, y = rng.uniform(-10.0, 10.0, (2, 500))

@@ -100,6 +100,21 @@ def test_tidy_regions_are_connected_large_and_not_pinched(
     assert n_pinches(label, net) == 0
 
 
+def test_a_region_that_touches_itself_across_a_vertex_is_mended(nets):
+    """A ring of patches whose hole and outside meet in one vertex."""
+    net = net_of(nets, "torus")
+    ring = np.zeros((16, 12), dtype=np.int64)
+    ring[2:9, 2:9] = 1
+    ring[4:7, 4:7] = 2
+    ring[7:9, 7:9] = 0
+    label = ring.ravel()
+    assert n_pinches(label, net) == 1
+    mended = tidy(label, net, 3)
+    assert n_pinches(mended, net) == 0
+    assert np.sum(mended != label) <= 2
+    assert len(np.unique(mended)) == 3
+
+
 @pytest.mark.parametrize("min_patches", [1, 12])
 def test_a_sound_labelling_stays_as_it_is(nets, min_patches):
     vertices, quads, side = nets.box(6)
