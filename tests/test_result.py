@@ -8,9 +8,9 @@ import pytest
 
 from crispline.brep.check import BadFace
 from crispline.brep.compose import make_solid
-from crispline.brep.model import Edge, Face, Model
 from crispline.curve import Circle, Line
 from crispline.errors import ReconstructionError
+from crispline.model import Edge, Face, Model
 from crispline.net.halfedge import half_edges
 from crispline.region.topology import border_topology
 from crispline.result import Reconstruction, failure

@@ -76,7 +76,7 @@ class RegionOptions:
     border_cost: float = 1.0
     """Cost of a side of border, in units of one point's squared residual over 2 sigma^2."""
     border_miss: float = 1.0
-    """A border this far from a surface that it bounds costs ``border_cost`` more, in spacings; ..."""
+    """A border this far from a surface that it bounds costs ``border_cost`` more; in spacings ..."""
     border_miss_cap: float = 4.0
     """... the extra cost grows with the square, up to this many times ``border_cost``."""
     face_cost: float = 40.0

@@ -11,9 +11,9 @@ import numpy as np
 
 from crispline.brep.compose import Solid
 from crispline.brep.measure import face_areas
-from crispline.brep.model import Edge, Face, Model
 from crispline.brep.step import write_step
 from crispline.errors import ReconstructionError
+from crispline.model import Edge, Face, Model
 from crispline.spline.creased import CreasedNet
 from crispline.surface.base import Array
 

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline, make_lsq_spline
 
-from crispline.brep.model import Edge, Face, Model
 from crispline.curve import BSplineCurve, Circle, Curve, Line
+from crispline.model import Edge, Face, Model
 from crispline.surface import (
     BSplineSurface,
     Cone,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from crispline.brep.model import Edge, Face, Model
 from crispline.curve import Line
+from crispline.model import Edge, Face, Model
 from crispline.net.halfedge import half_edges
 from crispline.net.quads import QuadNet
 from crispline.region.topology import border_topology

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from crispline.brep.chart import TURN, Chart
-from crispline.brep.model import Face, Model
 from crispline.curve import BSplineCurve, Curve
+from crispline.model import Face, Model
 from crispline.surface.base import Array
 
 N_SAMPLES = 65

@@ -17,7 +17,6 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex, TopoDS_Wire
 
 from crispline.brep import occt
 from crispline.brep.chart import Chart, PlaneChart
-from crispline.brep.model import Edge, Model
 from crispline.brep.pcurve import PCurve, pcurve
 from crispline.brep.seam import choose_seams
 from crispline.brep.solids import assemble
@@ -35,6 +34,7 @@ from crispline.brep.wires import (
 )
 from crispline.curve import Curve
 from crispline.errors import ReconstructionError
+from crispline.model import Edge, Model
 from crispline.surface import unit
 from crispline.surface.base import Array
 

@@ -12,7 +12,7 @@ from crispline.brep import occt
 from crispline.brep.build import Built, build_shape
 from crispline.brep.check import BadFace, Check, check_shape
 from crispline.brep.heal import heal
-from crispline.brep.model import Model
+from crispline.model import Model
 from crispline.surface import Similarity
 from crispline.surface.base import Array
 

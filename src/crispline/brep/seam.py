@@ -27,9 +27,9 @@ from crispline.brep.chart import (
     SphereChart,
     TorusChart,
 )
-from crispline.brep.model import Face, Model
 from crispline.brep.sphere import sphere_axis
 from crispline.brep.split import corner_free_edges
+from crispline.model import Face, Model
 from crispline.surface import (
     BSplineSurface,
     Cone,

@@ -15,7 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from crispline.brep import occt
-from crispline.brep.model import Model
+from crispline.model import Model
 
 
 def assemble(model: Model, faces: Mapping[int, Any]) -> tuple[Any, tuple[int, ...]]:

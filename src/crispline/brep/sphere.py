@@ -6,8 +6,8 @@ import numpy as np
 
 from crispline.brep.arcs import trace_loops
 from crispline.brep.chart import TURN, SphereChart
-from crispline.brep.model import Face, Model
 from crispline.curve import Circle
+from crispline.model import Face, Model
 from crispline.surface import Sphere, perpendicular_frame
 from crispline.surface.base import Array
 

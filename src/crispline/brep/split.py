@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import BSpline
 
-from crispline.brep.model import Edge, Model
 from crispline.curve import BSplineCurve, Circle, Curve, Line
+from crispline.model import Edge, Model
 
 
 def split_model(model: Model, cuts: Mapping[int, Sequence[float]]) -> Model:

@@ -45,14 +45,18 @@ def write_step(shape: Any, path: str | PathLike[str]) -> None:
     Raises
     ------
     ReconstructionError
-        If OCCT cannot write the shape.
+        If OCCT cannot write the shape, or reads another shape from the file.
     InputError
         If the file cannot be written.
     """
     content = step_bytes(shape, has_pcurves=False)
     if not _reads_back(content, shape):
-        with_pcurves = step_bytes(shape, has_pcurves=True)
-        content = with_pcurves if _reads_back(with_pcurves, shape) else content
+        content = step_bytes(shape, has_pcurves=True)
+        if not _reads_back(content, shape):
+            raise ReconstructionError(
+                "the model is valid in memory, but the STEP file of it does not read back as the "
+                "same solid; borders with large gaps are the usual cause: scan them more densely"
+            )
     with atomic_path(Path(path)) as draft:
         draft.write_bytes(content)
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from crispline.brep.arcs import Arc, is_inside, trace_loops
 from crispline.brep.chart import SAME, TURN, Chart
-from crispline.brep.model import Face, Model
+from crispline.model import Face, Model
 from crispline.surface.base import Array
 
 BOTTOM, RIGHT, TOP, LEFT = range(4)

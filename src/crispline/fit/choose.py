@@ -155,9 +155,11 @@ def refit(
     if surface is None:
         return None
     fit = tested(surface, points[kept], sigma, options, normals[kept])
-    if not fit.is_accepted or (known.kind == "plane" and not _is_pure_noise(fit.rms, fit.n_points, sigma)):
+    if not fit.is_accepted:
         return None
-    return fit
+    # A plane that passes with more than noise left may be a gentle curve: weigh it again.
+    is_doubtful = known.kind == "plane" and not _is_pure_noise(fit.rms, fit.n_points, sigma)
+    return None if is_doubtful else fit
 
 
 def _is_pure_noise(size: float, n_points: int, sigma: float) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from crispline.brep.model import Model
+from crispline.model import Model
 from crispline.net.quads import QuadNet
 from crispline.region.topology import Topology
 from crispline.spline.creased import CreasedNet
