@@ -76,9 +76,9 @@ class RegionOptions:
     border_cost: float = 1.0
     """Cost of a side of border, in units of one point's squared residual over 2 sigma^2."""
     border_miss: float = 1.0
-    """A border this far from a surface that it bounds costs ``border_cost`` more; in spacings ..."""
+    """A border this far from a surface that it bounds costs ``border_cost`` more, in spacings."""
     border_miss_cap: float = 4.0
-    """... the extra cost grows with the square, up to this many times ``border_cost``."""
+    """The extra cost grows with the square of that distance, up to this many ``border_cost``."""
     face_cost: float = 40.0
     """Misfit that a face must explain to be kept, in the units of ``border_cost``."""
     max_pruned_patches: int = 300

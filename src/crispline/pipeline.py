@@ -106,6 +106,9 @@ def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch
         patches=replace(patches, vertices=cloud.to_user.points(patches.vertices)),
         spacing=cloud.spacing,
         noise=cloud.sigma * cloud.spacing,
-        warnings=(*cloud.warnings(given.n_dropped), *located.warnings),
+        warnings=(
+            *cloud.warnings(given.n_dropped),
+            *(d.sentence(cloud.to_user) for d in located.doubts),
+        ),
     )
     return _Features(cloud, result)

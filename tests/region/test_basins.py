@@ -47,9 +47,9 @@ def test_gaps_in_the_band_do_not_leak(nets, seed, share):
     centres, normals, pairs, side, in_band = box(nets)
     gaps = np.random.default_rng(seed).random(len(in_band)) < share
     label = basins(centres, flat(normals), pairs, in_band & ~gaps, 1.0, OPTIONS)
-    middle = ~in_band
-    assert same_partition(label[middle], side[middle])
-    assert np.mean([len(np.unique(label[side == k])) for k in range(6)]) < 6
+    owners = [np.bincount(label[side == k]).argmax() for k in range(6)]
+    assert len(set(owners)) == 6
+    assert np.mean((label == np.array(owners)[side])[~in_band]) > 0.98
 
 
 def test_without_any_crease_all_is_one_basin(nets):

@@ -92,7 +92,7 @@ class Network:
         found = locate(
             self.topology(), net_vertices, regions, cloud, 0.0, options or LocateOptions()
         )
-        return found.model, found.warnings
+        return found.model, tuple(doubt.sentence(motion) for doubt in found.doubts)
 
 
 def length(points):

@@ -114,9 +114,7 @@ def _grown_primitives(
         free[best] = False
 
 
-def _clearest(
-    local: csr_array, free: NDArray[np.bool_], may_seed: NDArray[np.bool_]
-) -> int | None:
+def _clearest(local: csr_array, free: NDArray[np.bool_], may_seed: NDArray[np.bool_]) -> int | None:
     """The seed patch farthest from everything taken; None if no patch may seed."""
     if not may_seed.any():
         return None

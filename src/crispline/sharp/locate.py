@@ -29,7 +29,26 @@ from crispline.sharp.intersect import distance
 from crispline.sharp.network import chains_at, contracted, corner_vertices, labels_beside
 from crispline.sharp.revise import collapsible_chain, split_at_branches
 from crispline.sharp.trace import guide_along
-from crispline.surface.base import Array
+from crispline.surface.base import Array, Similarity
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Something that the surfaces leave open.
+
+    Attributes
+    ----------
+    text : what, with ``{place}`` where its place is to be named.
+    position : the place, in the frame of the model, shape ``(3,)``.
+    """
+
+    text: str
+    position: Array
+
+    def sentence(self, to_user: Similarity) -> str:
+        """The sentence with the place in the user's unit."""
+        place = "({:.4g}, {:.4g}, {:.4g})".format(*to_user.points(self.position))
+        return self.text.format(place=place)
 
 
 @dataclass(frozen=True)
@@ -41,13 +60,13 @@ class Located:
     model : faces in the order of their labels, with honest gaps.
     topology : the border network after collapses and splits; its chains stand
         in the order of the model's edges.
-    warnings : one sentence per corner or border that the surfaces do not
-        determine, and per collapsed border.
+    doubts : one per corner or border that the surfaces do not determine, and
+        per collapsed border.
     """
 
     model: Model
     topology: Topology
-    warnings: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
 
 
 def locate(
@@ -74,7 +93,7 @@ def locate(
     anchors = corner_vertices(topology)
     borders = [search.border(chain, net_vertices, anchors) for chain in topology.chains]
     corners = {vertex: search.corner(vertex, topology, net_vertices, borders) for vertex in anchors}
-    warnings = []
+    doubts = []
     while (index := collapsible_chain(topology, net_vertices, corners, options)) is not None:
         gone = topology.chains[index]
         kept, lost = int(gone.vertices[0]), int(gone.vertices[-1])
@@ -83,17 +102,18 @@ def locate(
         topology = contracted(topology, index)
         del borders[index], corners[lost]
         corners[kept] = search.corner(kept, topology, net_vertices, borders)
-        warnings.append(
-            f"the border of regions {_names([gone])} near {_place(net_vertices[kept])} is shorter "
+        text = (
+            f"the border of regions {_names([gone])} near {{place}} is shorter "
             "than its corners are certain and became one corner"
         )
+        doubts.append(Doubt(text, net_vertices[kept]))
     creases = [
         search.crease(chain, border, corners)
         for chain, border in zip(topology.chains, borders, strict=True)
     ]
-    warnings += _doubts(topology, corners, creases)
+    doubts += _doubts(topology, corners, creases)
     model = _model(topology, regions, corners, borders, creases, options)
-    return Located(model, topology, tuple(warnings))
+    return Located(model, topology, tuple(doubts))
 
 
 @dataclass(frozen=True)
@@ -140,25 +160,25 @@ class _Search:
 
 def _doubts(
     topology: Topology, corners: Mapping[int, Corner], creases: Sequence[Crease]
-) -> list[str]:
-    """A sentence for every border and corner that the surfaces do not determine."""
-    sentences = []
+) -> list[Doubt]:
+    """One for every border and corner that the surfaces do not determine."""
+    doubts = []
     for chain, crease in zip(topology.chains, creases, strict=True):
         if crease.is_fallback:
-            middle = crease.curve.samples(3)[1]
-            sentences.append(
-                f"the surfaces of regions {_names([chain])} have no common curve near "
-                f"{_place(middle)}: their border is smoothed, with a gap of "
-                f"{crease.gap:.2g} spacings"
+            text = (
+                f"the surfaces of regions {_names([chain])} have no common curve near {{place}}: "
+                f"their border is smoothed, with a gap of {crease.gap:.2g} spacings"
             )
+            doubts.append(Doubt(text, crease.curve.samples(3)[1]))
     for vertex, corner in corners.items():
         if corner.is_fallback:
             around = [topology.chains[index] for index in chains_at(topology, vertex)]
-            sentences.append(
-                f"the surfaces of regions {_names(around)} have no common point near "
-                f"{_place(corner.position)}: the corner has a gap of {corner.gap:.2g} spacings"
+            text = (
+                f"the surfaces of regions {_names(around)} have no common point near {{place}}: "
+                f"the corner has a gap of {corner.gap:.2g} spacings"
             )
-    return sentences
+            doubts.append(Doubt(text, corner.position))
+    return doubts
 
 
 def _model(
@@ -207,8 +227,3 @@ def _model(
 def _names(chains: Iterable[Chain]) -> str:
     """The regions beside chains, for a message."""
     return ", ".join(str(label) for label in labels_beside(chains))
-
-
-def _place(point: Array) -> str:
-    """A position in spacings, for a message."""
-    return "({:.1f}, {:.1f}, {:.1f})".format(*point)
