@@ -9,12 +9,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crispline.cloud.working import WorkingCloud
-from crispline.fit.choose import KINDS, choose_surface, refit
+from crispline.fit.choose import KINDS, Fit, choose_surface, refit
 from crispline.net.halfedge import HalfEdges
 from crispline.options import FitOptions
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Surface
 from crispline.surface.base import Array
 
 _MIN_POINTS = 30
@@ -107,13 +106,13 @@ def fit_regions(
         if fit is None:
             kinds = KINDS if len(points) >= 2 * _MIN_POINTS else KINDS[:-1]
             fit = choose_surface(points, normals, sigma, options, kinds, clearance)
-        fits[region] = region_fit(fit.surface, points, normals), fingerprint
+        fits[region] = _region_fit(fit, points, normals), fingerprint
     return fits
 
 
-def region_fit(surface: Surface, points: Array, normals: Array) -> RegionFit:
+def _region_fit(fit: Fit, points: Array, normals: Array) -> RegionFit:
     """Attach points and the outward side to a surface."""
-    feet, directions = surface.project(points)
+    feet, directions = fit.surface.project(points)
     side = 1 if float(np.einsum("ij,ij->", directions, normals)) >= 0.0 else -1
     residuals = np.einsum("ij,ij->i", points - feet, directions)
-    return RegionFit(surface, side, points, residuals)
+    return RegionFit(fit.surface, side, points, residuals, fit.is_accepted)

@@ -18,9 +18,11 @@ class RegionFit:
     orientation : +1 if the surface's own normal points out of the part, else -1.
     points : raw points of the region, shape ``(k, 3)``.
     residuals : their signed distances to the surface, shape ``(k,)``.
+    is_accepted : whether the residuals are what noise explains.
     """
 
     surface: Surface
     orientation: int
     points: Array
     residuals: Array
+    is_accepted: bool = True

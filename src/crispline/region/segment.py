@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,15 +88,28 @@ def segment(
         label = expand_regions(label, fits, cloud, graph, sigma, options)
         label = tidy(label, quads, options.min_patches)
         _, fits = fitted(draft)
-        if round_number == 0:
+        if round_number > 0:
+            label = prune_regions(label, fits, cloud, graph, sigma, options)
+        if round_number < options.rounds - 1:
             label = release_swallowed(
                 label, fits, cloud, graph, sigma, options.min_patches, options
             )
-        else:
-            label = prune_regions(label, fits, cloud, graph, sigma, options)
+            label = split_into_surfaces(
+                label, graph, is_sharp, patch_sigma, options, draft, _unexplained(label, fits)
+            )
         label = tidy(label, quads, options.min_patches)
     _, fits = fitted(fit_options)
     names = np.unique(label)
     return Segmentation(
         consecutive(label), {int(np.searchsorted(names, r)): fit for r, fit in fits.items()}
     )
+
+
+def _unexplained(label: Labels, fits: Mapping[int, RegionFit]) -> list[int]:
+    """Regions without a fit, or with a primitive that their points do not lie on."""
+    return [
+        region
+        for region in np.unique(label).tolist()
+        if region not in fits
+        or not (fits[region].is_accepted or fits[region].surface.kind == "bspline")
+    ]

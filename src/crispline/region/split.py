@@ -6,6 +6,8 @@ one face and begins the next is not a crease but another surface.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -15,7 +17,7 @@ from crispline.fit.choose import PRIMITIVE_FITS, choose_surface
 from crispline.fit.robust import thinned
 from crispline.net.graph import components
 from crispline.options import FitOptions, RegionOptions
-from crispline.region.basins import consecutive, grow_into_gaps
+from crispline.region.basins import grow_into_gaps
 from crispline.region.patches import Labels, PatchGraph
 from crispline.surface import Surface
 from crispline.surface.base import Array
@@ -23,6 +25,7 @@ from crispline.surface.base import Array
 _N_FIT = 250
 _GROWN_KINDS = ("plane", "cylinder", "cone", "sphere")  # tori come out of what is left
 _GROWTH_STEPS = 6
+_INNER_SHARE = 0.4
 
 
 def split_into_surfaces(
@@ -32,6 +35,7 @@ def split_into_surfaces(
     sigma: float,
     options: RegionOptions,
     fit_options: FitOptions,
+    only: Collection[int] | None = None,
 ) -> Labels:
     """Labels after splitting every region that no primitive explains, shape ``(m,)``.
 
@@ -43,33 +47,53 @@ def split_into_surfaces(
     Parameters
     ----------
     sigma : noise of the patch centres, spacings (smaller than that of the points).
+    only : regions to look at; the others stay whole.
     """
     near_crease = graph.rings(is_sharp, 1)
-    new = np.full(len(label), -1, dtype=np.int64)
-    count = 0
-    for region in np.unique(label):
+    new = label.copy()
+    fresh = int(label.max()) + 1
+    for region in np.unique(label).tolist() if only is None else sorted(only):
         members = np.flatnonzero(label == region)
-        inner = members[~near_crease[members]]
+        inner = _inner(members, near_crease, is_sharp, options.min_patches)
         if len(inner) < options.min_patches or _is_one_primitive(inner, graph, sigma, fit_options):
-            new[members] = count
-            count += 1
             continue
         parts = _grown_primitives(members, inner, graph, sigma, options)
-        for part in parts:
-            new[part] = count
-            count += 1
         rest = np.zeros(len(label), dtype=bool)
         rest[members] = True
-        rest[new >= 0] = False
+        for part in parts:
+            rest[part] = False
+        new[rest] = -1
         piece = components(graph.adjacency, rest)
         names, sizes = np.unique(piece[rest], return_counts=True)
-        for name, size in zip(names, sizes, strict=True):
-            if size >= options.min_free_patches or (not parts and size == sizes.max()):
-                new[rest & (piece == name)] = count
-                count += 1
+        parts += [
+            np.flatnonzero(rest & (piece == name))
+            for name, size in zip(names, sizes, strict=True)
+            if size >= options.min_free_patches or (not parts and size == sizes.max())
+        ]
+        for part in parts:
+            new[part] = fresh
+            fresh += 1
     within = label[graph.pairs[:, 0]] == label[graph.pairs[:, 1]]
     new = grow_into_gaps(new, graph.pairs[within], graph.points, graph.normals)
-    return consecutive(grow_into_gaps(new, graph.pairs, graph.points, graph.normals))
+    return grow_into_gaps(new, graph.pairs, graph.points, graph.normals)
+
+
+def _inner(
+    members: NDArray[np.int64],
+    near_crease: NDArray[np.bool_],
+    is_sharp: NDArray[np.bool_],
+    enough: int,
+) -> NDArray[np.int64]:
+    """The members farthest from creases that are enough to judge a region by.
+
+    They are at least ``_INNER_SHARE`` of it: among narrow faces, what lies clear of
+    every crease may be one face of several.
+    """
+    for excluded in (near_crease, is_sharp):
+        inner = members[~excluded[members]]
+        if len(inner) >= max(enough, _INNER_SHARE * len(members)):
+            return inner
+    return members
 
 
 def _is_one_primitive(

@@ -25,7 +25,7 @@ from crispline.surface.base import Array
 
 N_SAMPLES = 200
 """Points per curve at which its distance to the surfaces is measured."""
-MIN_CROSSING_DEG = 5.0
+MIN_CROSSING_DEG = 12.0
 """Surfaces that meet at less than this touch rather than cross."""
 
 _MAX_GAP = 1e-3
