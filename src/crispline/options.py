@@ -119,6 +119,8 @@ class LocateOptions:
     """Largest distance of a corner from the cloud, in spacings."""
     corner_move: float = 3.0
     """Largest distance of a corner from its net vertex, in spacings ..."""
+    corner_move_smooth: float = 8.0
+    """... when a smooth border ends there ..."""
     corner_move_exact: float = 15.0
     """... and when the corner is exact and well conditioned."""
     crease_cloud_distance: float = 2.2

@@ -69,7 +69,8 @@ def locate_corner(
     constraints = [*surfaces, *contacts]
     position = intersect(net_vertex[None], constraints)[0][0]
     gap = float(distance(position[None], surfaces)[0])
-    move = options.corner_move
+    # Labels hardly tell where a smooth border runs: the net is far off across it.
+    move = options.corner_move_smooth if contacts else options.corner_move
     if gap < _EXACT and _condition(position, constraints) > _MIN_CONDITION:
         move = options.corner_move_exact
     if (
