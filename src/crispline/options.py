@@ -69,7 +69,7 @@ class RegionOptions:
     """Neighbours whose surfaces meet at less than this are tried as one free-form surface ..."""
     max_merge_deg: float = 60.0
     """... and at less than this as one primitive, which two strips of a narrow fillet are."""
-    swallowed_sigmas: float = 2.5
+    swallowed_sigmas: float = 1.8
     """Patches whose points lie this many sigmas off every surface near them may be a lost face."""
     expansion_rings: int = 6
     """Patches this many rings from a border may change their label when borders are optimised."""
