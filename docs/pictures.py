@@ -130,7 +130,7 @@ def view_axes() -> tuple[Array, Array, Array]:
 def shade_polygons(panel: Axes, polygons: Array, normals: Array, colour: Array) -> None:
     """Add lit polygons; those that face away are left out."""
     _, _, eye = view_axes()
-    light = eye + [0.3, 0.2, 0.5]
+    light = eye + np.array([0.3, 0.2, 0.5])
     lit = 0.55 + 0.45 * np.clip(normals @ (light / np.linalg.norm(light)), 0.0, 1.0)
     front = normals @ eye > -0.05
     shaded = np.clip(colour * lit[:, None], 0.0, 1.0)[front]

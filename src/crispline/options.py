@@ -73,6 +73,8 @@ class RegionOptions:
     """Patches whose points lie this many sigmas off every surface near them may be a lost face."""
     expansion_rings: int = 6
     """Patches this many rings from a border may change their label when borders are optimised."""
+    expansion_moves: int = 4
+    """How often that reach may move on with the borders, each round."""
     border_cost: float = 1.0
     """Cost of a side of border, in units of one point's squared residual over 2 sigma^2."""
     border_miss: float = 1.0

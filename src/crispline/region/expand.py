@@ -26,6 +26,7 @@ _TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight
 OUT_OF_REACH = 1e3
 _SCALE = 1000  # costs become integers for the maximum flow
 _SWEEPS = 2
+_SETTLED_SHARE = 5e-4  # borders have settled when fewer patches than this change
 
 
 def expand_regions(
@@ -36,7 +37,27 @@ def expand_regions(
     sigma: float,
     options: RegionOptions,
 ) -> Labels:
-    """Labels of least cost near the borders, shape ``(m,)``; labels may end in several pieces."""
+    """Labels of least cost near the borders, shape ``(m,)``; labels may end in several pieces.
+
+    A region reaches a few rings from its border at a time; while borders still
+    move, the reach moves with them.
+    """
+    for _ in range(options.expansion_moves):
+        before = label
+        label = _expand_once(label, fits, cloud, graph, sigma, options)
+        if int((label != before).sum()) < _SETTLED_SHARE * len(label):
+            break
+    return label
+
+
+def _expand_once(
+    label: Labels,
+    fits: Mapping[int, RegionFit],
+    cloud: WorkingCloud,
+    graph: PatchGraph,
+    sigma: float,
+    options: RegionOptions,
+) -> Labels:
     label = label.copy()
     a, b = graph.pairs.T
     at_border = np.zeros(len(label), dtype=bool)
@@ -134,14 +155,17 @@ def _expansion(
         current[held] = costs[other][active[held]]
     gain = own[active] - current  # cost of taking the region, relative to keeping the label
 
-    p, q = pairs.T
-    weight_p, weight_q = np.zeros(len(pairs)), np.zeros(len(pairs))
-    for other, weight in weights.items():
-        weight_p[label[p] == other] = weight[label[p] == other]
-        weight_q[label[q] == other] = weight[label[q] == other]
+    near = np.flatnonzero((index[pairs] >= 0).any(axis=1))
+    p, q = pairs[near].T
+    weight_p, weight_q = np.zeros(len(near)), np.zeros(len(near))
+    for other in np.unique(label[pairs[near]]).tolist():
+        for ends, weight in ((p, weight_p), (q, weight_q)):
+            held = label[ends] == other
+            weight[held] = weights[other][near[held]]
+    own_weight = weights[region][near]
     cost_keep = (weight_p + weight_q) * (label[p] != label[q])
-    cost_p_keeps = (weight_p + weights[region]) * (label[p] != region)  # and q takes the region
-    cost_q_keeps = (weight_q + weights[region]) * (label[q] != region)
+    cost_p_keeps = (weight_p + own_weight) * (label[p] != region)  # and q takes the region
+    cost_q_keeps = (weight_q + own_weight) * (label[q] != region)
     p_in, q_in = index[p] >= 0, index[q] >= 0
     only_p, only_q, both = p_in & ~q_in, q_in & ~p_in, p_in & q_in
     np.add.at(gain, index[p[only_p]], (cost_q_keeps - cost_keep)[only_p])
