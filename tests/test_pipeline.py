@@ -195,3 +195,12 @@ def test_an_open_cloud_is_refused_with_the_place_and_what_is_good():
 def test_unusable_clouds_are_refused_before_any_work(points, message):
     with pytest.raises(InputError, match=message):
         reconstruct(points)
+
+
+def test_an_unforeseen_error_names_its_stage(monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("no such luck")
+
+    monkeypatch.setattr("crispline.pipeline.quad_net", broken)
+    with pytest.raises(ReconstructionError, match=r"stage 'net' broke down \(ZeroDivisionError"):
+        reconstruct(scan(3000).points)

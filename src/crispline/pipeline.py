@@ -46,10 +46,11 @@ def reconstruct(
     """
     options = options or Options()
     watch = Stopwatch(progress)
-    found = _features(cloud, options, watch)
-    watch.stage("solid", 0.85)
-    points = found.cloud.to_user.points(found.cloud.points)
-    solid = make_solid(found.result.model, points, found.cloud.spacing)
+    with watch.guard():
+        found = _features(cloud, options, watch)
+        watch.stage("solid", 0.85)
+        points = found.cloud.to_user.points(found.cloud.points)
+        solid = make_solid(found.result.model, points, found.cloud.spacing)
     result = replace(found.result, solid=solid, timings=watch.stop())
     if not result.valid:
         raise ReconstructionError(failure(result), result)
@@ -61,7 +62,8 @@ def detect(
 ) -> Reconstruction:
     """Sharp edges and corners of a point cloud, without a solid; see :func:`reconstruct`."""
     watch = Stopwatch(progress)
-    found = _features(cloud, options or Options(), watch)
+    with watch.guard():
+        found = _features(cloud, options or Options(), watch)
     return replace(found.result, timings=watch.stop())
 
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from crispline.errors import CrisplineError, ReconstructionError
 
 Progress = Callable[[str, float], None]
 """Called with the name of a stage that begins and the share of the run that is done."""
@@ -24,6 +27,25 @@ class Stopwatch:
         self._stage = name
         if self._progress is not None:
             self._progress(name, done)
+
+    @contextmanager
+    def guard(self) -> Iterator[None]:
+        """Turn an unforeseen error into one sentence that names the stage it came from.
+
+        Raises
+        ------
+        ReconstructionError
+            In place of any exception that is not of this package.
+        """
+        try:
+            yield
+        except CrisplineError:
+            raise
+        except Exception as error:
+            raise ReconstructionError(
+                f"stage '{self._stage}' broke down ({type(error).__name__}: {error}); "
+                "this is a defect of crispline, please report it together with the cloud"
+            ) from error
 
     def stop(self) -> dict[str, float]:
         """End the last stage; seconds per stage in their order."""

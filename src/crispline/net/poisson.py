@@ -16,7 +16,7 @@ from scipy.ndimage import map_coordinates
 
 from crispline.surface.base import Array
 
-MAX_CELLS = 60_000_000
+MAX_CELLS = 30_000_000
 """Largest grid; beyond this the cells are coarsened."""
 
 
