@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -20,10 +19,6 @@ from crispline.cloud.write import WRITE_SUFFIXES
 from crispline.errors import InputError, ReconstructionError
 from crispline.files import write_text
 from crispline.report.edges import EDGE_SUFFIXES
-
-needs_pipeline = pytest.mark.skipif(
-    find_spec("crispline.pipeline") is None, reason="the pipeline is not there yet"
-)
 
 
 def run(*arguments):
@@ -322,19 +317,19 @@ def test_an_interrupted_run_leaves_no_file(tmp_path, pipeline, cloud):
     assert sorted(tmp_path.iterdir()) == [cloud]
 
 
-@needs_pipeline
+@pytest.fixture(scope="module")
+def scan(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scan") / "box.ply"
+    outcome = run(
+        "sample", "box-cylinder", "--points", 8000, "--noise", "1%", "--sampling", "random",
+        "--outliers", 0.01, "-o", path,
+    )  # fmt: skip
+    assert outcome.exit_code == 0
+    return path
+
+
 class TestWholeChain:
     """The real pipeline, on a scan small enough for a test."""
-
-    @pytest.fixture(scope="class")
-    def scan(self, tmp_path_factory):
-        path = tmp_path_factory.mktemp("scan") / "box.ply"
-        outcome = run(
-            "sample", "box-cylinder", "--points", 8000, "--noise", "1%", "--sampling", "random",
-            "--outliers", 0.01, "-o", path,
-        )  # fmt: skip
-        assert outcome.exit_code == 0
-        return path
 
     def test_reconstruct(self, tmp_path, scan):
         step, summary = tmp_path / "box.step", tmp_path / "box.json"
