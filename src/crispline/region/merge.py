@@ -102,7 +102,8 @@ def _is_one_surface(
         allowance = max(2.0 * spared * np.log(n_points), _NOISE_SHARE * n_points)
         if _chi_square(together, sigma) < _chi_square(apart, sigma) + allowance:
             return True
-    if not is_smooth or all(fit.surface.kind != "bspline" for fit in fits):
+    is_spline = [fit.surface.kind == "bspline" for fit in fits]
+    if not is_smooth or not (any(is_spline) or all(_is_shallow(fit, options) for fit in fits)):
         return False
     points = np.concatenate([points for points, _, _ in parts])
     normals = np.concatenate([normals for _, normals, _ in parts])
@@ -111,6 +112,23 @@ def _is_one_surface(
     return free is not None and all(
         explains(free, points, normals, sigma, options) for points, normals, _ in parts
     )
+
+
+def _is_shallow(fit: RegionFit, options: FitOptions) -> bool:
+    """Whether a curved surface turns so little over its region that it may be free form.
+
+    A few degrees of a cylinder or torus of a huge radius are what pieces of a
+    free-form face look like; a plane is a plane.
+    """
+    if fit.surface.kind == "plane" or not len(fit.points):
+        return False
+    normals = fit.surface.project(fit.points)[1]
+    middle = normals.mean(axis=0)
+    length = float(np.linalg.norm(middle))
+    if length == 0.0:
+        return False
+    reach = float(np.quantile(normals @ middle / length, 0.05))
+    return reach > float(np.cos(np.radians(0.5 * options.shallow_deg)))
 
 
 def _chi_square(explained: list[tuple[Surface, Array]], sigma: float) -> float:
