@@ -10,7 +10,7 @@ import numpy as np
 
 from crispline.brep import occt
 from crispline.brep.build import Built, build_shape
-from crispline.brep.check import BadFace, Check, check_shape
+from crispline.brep.check import UNMESHED, BadFace, Check, check_shape
 from crispline.brep.heal import heal
 from crispline.model import Model
 from crispline.surface import Similarity
@@ -112,8 +112,8 @@ def _judge(built: Built, shape: Any, points: Array | None, attempt: str) -> Soli
 
 
 def _is_repairable(check: Check) -> bool:
-    """Whether OCCT itself finds a fault."""
-    return not check.is_valid
+    """Whether OCCT itself finds a fault, or cannot fill a face."""
+    return not check.is_valid or any(fault.reason == UNMESHED for fault in check.bad_faces)
 
 
 def _n_faults(solid: Solid) -> tuple[bool, bool, int]:

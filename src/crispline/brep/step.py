@@ -126,7 +126,7 @@ def _reads_back(content: bytes, shape: Any) -> bool:
     areas, copied = face_areas(shape), face_areas(copy)
     if len(areas) != len(copied):
         return False
-    mesh = tessellate(copy, 0.01 * float(np.sqrt(areas.sum())))
+    mesh = tessellate(copy, 5e-5 * float(np.sqrt(areas.sum())), 0.1)
     if len(np.unique(mesh.faces)) < len(areas):
         return False
     slack = 2.0 * occt.largest_tolerance(shape, occt.VERTEX)
