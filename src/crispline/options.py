@@ -99,7 +99,7 @@ class FitOptions:
     """Smallest noise assumed, in spacings; keeps noise-free clouds from over-splitting."""
     border_margin: float = 0.8
     """Raw points closer than this to a region border do not enter a fit, in spacings."""
-    shallow_deg: float = 40.0
+    shallow_deg: float = 30.0
     """A curved primitive that turns less than this over its region may be part of a free form."""
     max_points: int = 5000
     """Raw points per fit; larger regions are thinned evenly."""
