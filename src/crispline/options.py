@@ -7,6 +7,7 @@ depends on the unit or the size of a model.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,8 @@ class NetOptions:
     """Neighbourhood sizes tried for the normals, in this order."""
     good_spread: float = 0.2
     """Spread of the indicator at the points that ends the search for an orientation."""
-    edge_length: float = 1.0
-    """Edge length of the quads, in spacings."""
+    edge_lengths: tuple[float, ...] = (1.0, 0.95, 1.05, 0.9)
+    """Edge length of the quads, in spacings; the next is tried if a net comes out open."""
     projection_steps: tuple[int, int] = (3, 4)
     """Projection steps onto the cloud before and after quad meshing."""
 
@@ -71,6 +72,8 @@ class RegionOptions:
     """... and at less than this as one primitive, which two strips of a narrow fillet are."""
     swallowed_sigmas: float = 1.8
     """Patches whose points lie this many sigmas off every surface near them may be a lost face."""
+    swallowed_floor: float = 0.08
+    """Smallest sigma used for that, in spacings: patches round off what is smaller than them."""
     expansion_rings: int = 6
     """Patches this many rings from a border may change their label when borders are optimised."""
     expansion_moves: int = 4
@@ -135,6 +138,37 @@ class LocateOptions:
     """Chains shorter than this may collapse to a corner, in spacings ..."""
     collapse_distance: float = 0.35
     """... when their two corners are located this close to each other."""
+
+
+@dataclass(frozen=True)
+class SharpenOptions:
+    """Sharp features of a grid or a B-spline surface, see :func:`crispline.grid.sharpen`."""
+
+    rule: Literal["robust", "paper"] = "robust"
+    """``paper``: one threshold, 4 flat of 8 neighbours, planes from these. ``robust``: any
+    position of a feature between the rows, noise, curved sides."""
+    eps: float | None = None
+    """Curvature above which a patch is curved, in 1/spacing; None: 0.25 for the paper's rule, from
+    the noise for the robust one."""
+    repeat: int = 3
+    """Multiplicity of a feature's knots, 1 to 3; 3 is sharp."""
+    curved_floor: float = 0.05
+    """Smallest automatic threshold, in 1/spacing."""
+    noise_quantile: float = 5.0
+    """Automatic threshold, in standard deviations of the curvature that noise makes on flat
+    ground."""
+    spread_deg: float = 20.0
+    """Sides of a sharp edge meet at more than this."""
+    support: int = 9
+    """Points within this of a feature tell where its sides go, in cells."""
+    max_gap: float = 0.01
+    """Largest distance of a located point to its sides, in spacings."""
+    max_move: float = 1.5
+    """Largest distance of a located point from where its sides were expected to meet, in
+    spacings."""
+    max_rounding: float = 0.3
+    """A feature is a rounding, not an edge, if the points near it lie farther than this from
+    its sides on the average, in spacings, and noise does not explain it."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from crispline.net.halfedge import half_edges
 from crispline.net.orientation import oriented_normals
 from crispline.net.quads import quad_net
 from crispline.options import Options
+from crispline.region.evidence import gather_evidence
 from crispline.region.patches import PatchGraph
 from crispline.region.segment import segment
 from crispline.region.topology import border_topology
@@ -48,6 +49,8 @@ def reconstruct(
     watch = Stopwatch(progress)
     with watch.guard():
         found = _features(cloud, options, watch)
+        if found.opening:
+            raise ReconstructionError(found.opening, found.result)
         watch.stage("solid", 0.85)
         points = found.cloud.to_user.points(found.cloud.points)
         solid = make_solid(found.result.model, points, found.cloud.spacing)
@@ -69,10 +72,11 @@ def detect(
 
 @dataclass(frozen=True)
 class _Features:
-    """The clean cloud, and the result as far as edges and corners."""
+    """The clean cloud, the result as far as edges and corners, and where the net is open."""
 
     cloud: WorkingCloud
     result: Reconstruction
+    opening: str
 
 
 def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch) -> _Features:
@@ -86,7 +90,6 @@ def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch
     watch.stage("net", 0.1)
     net = quad_net(cloud, normals, options.net, threads)
     quads = half_edges(net.quads, len(net.vertices))
-    quads.require_closed(cloud.to_user.points(net.vertices))
     watch.stage("curvature", 0.4)
     centres = patch_centres(net.vertices, net.quads)
     graph = PatchGraph(centres.point, centres.normal, quads.pairs(), net.edge_length)
@@ -95,14 +98,15 @@ def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch
         curvature(centres), graph.normals, graph.adjacency, graph.edge_length, sigma, options.detect
     )
     watch.stage("regions", 0.45)
+    evidence = gather_evidence(cloud, normals, graph, sigma, threads)
     regions = segment(
-        cloud, normals, net.vertices, quads, graph, detection.is_sharp, sigma,
-        options.region, options.fit,
-    )  # fmt: skip
+        evidence, net.vertices, quads, detection.is_sharp, options.region, options.fit
+    )
     watch.stage("edges", 0.8)
     topology = border_topology(quads, regions.label)
     located = locate(topology, net.vertices, regions.fits, cloud.tree, sigma, options.locate)
     patches = preserve(net, located.topology, located.model)
+    opening = quads.opening(cloud.to_user.points(net.vertices))
     result = Reconstruction(
         model=located.model.transformed(cloud.to_user),
         patches=replace(patches, vertices=cloud.to_user.points(patches.vertices)),
@@ -110,7 +114,8 @@ def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch
         noise=cloud.sigma * cloud.spacing,
         warnings=(
             *cloud.warnings(given.n_dropped),
+            *([opening] if opening else []),
             *(d.sentence(cloud.to_user) for d in located.doubts),
         ),
     )
-    return _Features(cloud, result)
+    return _Features(cloud, result, opening)

@@ -5,6 +5,7 @@ import pytest
 
 from crispline.cloud.working import working_cloud
 from crispline.errors import ReconstructionError
+from crispline.net import quads
 from crispline.net.halfedge import half_edges
 from crispline.net.quads import QuadNet, quad_net
 from crispline.options import CloudOptions, NetOptions
@@ -91,3 +92,32 @@ def test_a_cloud_without_an_inside_is_refused(monkeypatch):
 def test_edge_length_is_the_median_side():
     vertices = np.array([[0.0, 0, 0], [3.0, 0, 0], [3.0, 1.0, 0], [0.0, 1.0, 0]])
     assert QuadNet(vertices, np.array([[0, 1, 2, 3]])).edge_length == 2.0
+
+
+def test_an_open_net_is_laid_anew(monkeypatch):
+    """The mesher leaves a hole at the first edge length; the second is closed."""
+    lengths = []
+
+    def with_a_hole(vertices, triangles, edge_length):
+        lengths.append(edge_length)
+        net = quads_over(vertices, triangles, edge_length)
+        return net if len(lengths) > 1 else QuadNet(net.vertices, net.quads[1:])
+
+    quads_over = quads._quads_over
+    monkeypatch.setattr(quads, "_quads_over", with_a_hole)
+    _, net = net_over(*ball(800))
+    assert euler(net) == 2
+    assert tuple(lengths) == NetOptions().edge_lengths[:2]
+
+
+def test_the_least_open_net_stands_if_none_is_closed(monkeypatch):
+    n_missing = iter([3, 1, 2, 2])
+
+    def with_a_hole(vertices, triangles, edge_length):
+        net = quads_over(vertices, triangles, edge_length)
+        return QuadNet(net.vertices, net.quads[: len(net.quads) - next(n_missing)])
+
+    quads_over = quads._quads_over
+    monkeypatch.setattr(quads, "_quads_over", with_a_hole)
+    _, net = net_over(*ball(800))
+    assert np.sum(half_edges(net.quads, len(net.vertices)).twin < 0) == 4

@@ -8,6 +8,7 @@ import pytest
 from crispline.cloud.working import WorkingCloud
 from crispline.net.halfedge import half_edges
 from crispline.options import FitOptions, RegionOptions
+from crispline.region.evidence import gather_evidence
 from crispline.region.expand import expand_regions
 from crispline.region.fitting import fit_regions, label_cloud
 from crispline.region.merge import merge_regions
@@ -34,19 +35,21 @@ def box(nets):
     none = np.zeros((0, 24))
     cloud = WorkingCloud(centres + noise, none.astype(np.int64), none, SIGMA, still, 0, 0)
     graph = PatchGraph(centres, normals, connected.pairs(), 1.0)
+    evidence = gather_evidence(cloud, normals, graph, SIGMA)
     return SimpleNamespace(
-        vertices=vertices, quads=connected, side=side, cloud=cloud, normals=normals, graph=graph
-    )
+        vertices=vertices, quads=connected, side=side, cloud=cloud, normals=normals, graph=graph,
+        evidence=evidence,
+    )  # fmt: skip
 
 
 def fitted(box, label):
-    labelled = label_cloud(box.cloud, box.normals, box.vertices, box.quads, box.graph, label)
+    labelled = label_cloud(box.evidence, box.vertices, box.quads, label)
     known = fit_regions(labelled, box.graph, label, SIGMA, FIT, {})
     return labelled, known, {region: fit for region, (fit, _) in known.items()}
 
 
 def released(box, label, fits):
-    return release_swallowed(label, fits, box.cloud, box.graph, SIGMA, OPTIONS.min_patches, OPTIONS)
+    return release_swallowed(label, fits, box.evidence, OPTIONS)
 
 
 def test_points_get_the_label_and_clearance_of_their_patch(box):
@@ -93,7 +96,7 @@ def test_borders_move_back_to_the_edges(box):
     label = box.side.copy()
     label[(box.side == 5) & (box.graph.points[:, 0] > N / 2.0 - 2.0)] = 1
     _, _, fits = fitted(box, box.side)
-    moved = expand_regions(label, fits, box.cloud, box.graph, SIGMA, OPTIONS)
+    moved = expand_regions(label, fits, box.evidence, OPTIONS)
     np.testing.assert_array_equal(moved, box.side)
 
 
@@ -121,9 +124,8 @@ def test_patches_astride_an_edge_are_not_lost(box):
     )
     astride = PatchGraph(points, box.graph.normals, box.graph.pairs, 1.0)
     _, _, fits = fitted(box, box.side)
-    found = release_swallowed(
-        box.side, fits, box.cloud, astride, SIGMA, OPTIONS.min_patches, OPTIONS
-    )
+    evidence = gather_evidence(box.cloud, box.normals, astride, SIGMA)
+    found = release_swallowed(box.side, fits, evidence, OPTIONS)
     np.testing.assert_array_equal(found, box.side)
 
 

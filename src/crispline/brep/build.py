@@ -17,6 +17,7 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex, TopoDS_Wire
 
 from crispline.brep import occt
 from crispline.brep.chart import Chart, PlaneChart
+from crispline.brep.meet import meet_at_vertices
 from crispline.brep.pcurve import PCurve, pcurve
 from crispline.brep.seam import choose_seams
 from crispline.brep.solids import assemble
@@ -32,16 +33,12 @@ from crispline.brep.wires import (
     face_wires,
     is_seam,
 )
-from crispline.curve import Curve
 from crispline.errors import ReconstructionError
 from crispline.model import Edge, Model
-from crispline.surface import unit
 from crispline.surface.base import Array
 
 _MARGIN = 1.05
 """Tolerances exceed the measured gap by this factor, as gaps are measured at samples."""
-_CROSSING_REACH = 10.0
-"""How far from their vertex edges may cross, in gaps of the vertex; beyond, it is a fault."""
 _REFUSALS: tuple[type[Exception], ...] = (WireError, *occt.FAILURES)
 _FORWARD = TopAbs_Orientation.TopAbs_FORWARD
 _REVERSED = TopAbs_Orientation.TopAbs_REVERSED
@@ -75,7 +72,7 @@ def build_shape(model: Model) -> Built:
     Built
         Not checked: see :func:`crispline.brep.check.check_shape`.
     """
-    model = settle_rims(model)
+    model = meet_at_vertices(settle_rims(model))
     seams = choose_seams(model)
     cut = split_model(model, seams.cuts)
     workshop = _Workshop(cut)
@@ -88,7 +85,6 @@ def build_shape(model: Model) -> Built:
             failures.append((index, str(error) or type(error).__name__))
             continue
         faces[index] = built if face.orientation > 0 else built.Reversed()
-    workshop.cover_crossings()
     workshop.set_tolerances()
     shape, order = assemble(cut, faces)
     return Built(shape, order, tuple(failures))
@@ -245,25 +241,6 @@ class _Workshop:
         self.builder.Degenerated(edge, True)
         return edge.Oriented(_FORWARD if use.side == BOTTOM else _REVERSED)
 
-    def cover_crossings(self) -> None:
-        """Let vertices with a gap reach the place where the edges that they join cross.
-
-        Two edges that pass beside their vertex cross before they get there; OCCT takes
-        that for a self-intersection unless it lies within the vertex's tolerance.
-        """
-        for face in self.model.faces:
-            for loop in face.loops:
-                for (e, e_sign), (f, f_sign) in zip(loop, [*loop[1:], loop[0]], strict=True):
-                    edge = self.model.edges[e]
-                    vertex = edge.end if e_sign > 0 else edge.start
-                    reach = _CROSSING_REACH * float(self.vertex_gaps[vertex])
-                    end, back = _end_of(edge.curve, is_start=e_sign < 0)
-                    start, ahead = _end_of(self.model.edges[f].curve, is_start=f_sign > 0)
-                    ways = np.column_stack([back, -ahead])
-                    lengths = np.linalg.lstsq(ways, start - end, rcond=None)[0]
-                    if (lengths > 0.0).all() and (lengths < reach).all():
-                        self._widen(vertex, end + lengths[0] * back)
-
     def set_tolerances(self) -> None:
         """Give every edge and vertex the smallest tolerance that covers its gaps."""
         for edge, occt_edge, gap in zip(self.model.edges, self.edges, self.edge_gaps, strict=True):
@@ -273,11 +250,3 @@ class _Workshop:
                 self.vertex_gaps[vertex] = max(self.vertex_gaps[vertex], gap)
         for vertex, gap in zip(self.vertices, self.vertex_gaps, strict=True):
             self.builder.UpdateVertex(vertex, max(occt.CONFUSION, _MARGIN * float(gap)))
-
-
-def _end_of(curve: Curve, is_start: bool) -> tuple[Array, Array]:
-    """An end of a curve and the unit tangent there that leads into the curve."""
-    step = 1e-4 * (curve.end - curve.start)
-    t = [curve.start, curve.start + step] if is_start else [curve.end, curve.end - step]
-    end, inner = curve.evaluate(np.array(t))
-    return end, unit(inner - end)

@@ -13,6 +13,7 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepCheck import (
     BRepCheck_Analyzer,
@@ -27,7 +28,7 @@ from OCP.TopoDS import TopoDS_Edge
 
 from crispline.brep import occt
 from crispline.brep.deviation import measure_deviation
-from crispline.brep.measure import tessellate, volume
+from crispline.brep.measure import Tessellation, tessellate, volume
 from crispline.brep.step import read_step
 from crispline.surface.base import Array
 
@@ -37,9 +38,11 @@ MAX_TOLERANCE = 3.0
 """An edge or vertex with a larger tolerance hides a gap in the model, in spacings."""
 UNMESHED = "it cannot be triangulated"
 """Reason of a face that OCCT finds no fault in but cannot fill."""
-_DEFLECTION = 0.01
-"""Distance between a face and its triangles, in spacings; faces with a crossed border have been
-seen to mesh at 0.05 and to vanish at 0.02."""
+_DEFLECTIONS = (0.01, 0.002)
+"""Distances between a face and its triangles that are tried, in spacings: faces with a crossed
+border have been seen to mesh at 0.05 and vanish at 0.02, or to mesh at 0.01 and vanish at 0.005."""
+_SAME_AREA = 0.05
+"""A face whose area changes by more than this share from one mesh to the other is not filled."""
 
 
 @dataclass(frozen=True)
@@ -131,9 +134,9 @@ def check_shape(shape: Any, raw_points: Array | None = None, spacing: float = 1.
             bad.append(BadFace(face_index, reason))
 
     distances, n_uncovered = np.zeros(len(faces)), 0
-    mesh = tessellate(shape, _DEFLECTION * spacing)
-    meshed = np.bincount(mesh.faces, minlength=len(faces)) > 0
-    bad += [BadFace(int(i), UNMESHED) for i in np.flatnonzero(~meshed)]
+    meshes = [tessellate(shape, deflection * spacing) for deflection in _DEFLECTIONS]
+    bad += [BadFace(int(i), UNMESHED) for i in np.flatnonzero(_vanishes(meshes, len(faces)))]
+    mesh = meshes[0]
     if raw_points is not None and len(mesh.triangles):
         deviation = measure_deviation(mesh, len(faces), raw_points, spacing, STRAY)
         distances, n_uncovered = deviation.face_distances, int(deviation.n_uncovered.sum())
@@ -160,6 +163,12 @@ def check_shape(shape: Any, raw_points: Array | None = None, spacing: float = 1.
         tuple(sorted(bad, key=lambda fault: fault.index)),
         tuple(problems),
     )
+
+
+def _vanishes(meshes: list[Tessellation], n_faces: int) -> NDArray[np.bool_]:
+    """Faces that one of the meshes does not fill, or not as the others do, shape ``(n_faces,)``."""
+    areas = np.stack([np.bincount(mesh.faces, mesh.areas(), n_faces) for mesh in meshes])
+    return np.asarray(areas.min(axis=0) <= (1.0 - _SAME_AREA) * areas.max(axis=0))
 
 
 def _has_only_shared_edges(shape: Any) -> bool:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from crispline.errors import ReconstructionError
 from crispline.surface.base import Array
 
 Index = NDArray[np.int64]
@@ -51,24 +50,20 @@ class HalfEdges:
         """Whether every half-edge has a twin."""
         return bool((self.twin >= 0).all())
 
-    def require_closed(self, vertices: Array) -> None:
-        """Refuse a net with open or non-manifold sides.
+    def opening(self, vertices: Array) -> str:
+        """How many sides are open or not manifold and where, empty if none are.
 
         Parameters
         ----------
-        vertices : positions that the message may name, in the user's unit, shape ``(n, 3)``.
-
-        Raises
-        ------
-        ReconstructionError
-            Names how many sides are open and where most of them are.
+        vertices : positions that the sentence may name, in the user's unit, shape ``(n, 3)``.
         """
-        if self.is_closed:
-            return
-        loose = self.twin < 0
-        place = np.median(vertices[self.origin[loose]], axis=0)
-        raise ReconstructionError(
-            f"the net over the cloud is open at {int(loose.sum())} sides, most of them near "
+        loose = vertices[self.origin[self.twin < 0]]
+        if len(loose) == 0:
+            return ""
+        middle = np.median(loose, axis=0)
+        place = loose[np.argmin(np.linalg.norm(loose - middle, axis=1))]
+        return (
+            f"the net over the cloud is open at {len(loose)} sides, most of them near "
             "({:.4g}, {:.4g}, {:.4g}); ".format(*place)
             + "scan the missing stretch, or more densely where walls are thin"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import sys
 from collections.abc import Iterator
@@ -17,6 +18,7 @@ from skimage.measure import marching_cubes
 
 from crispline.cloud.working import WorkingCloud
 from crispline.errors import ReconstructionError
+from crispline.net.halfedge import half_edges
 from crispline.net.poisson import Indicator, point_areas, poisson_indicator
 from crispline.net.projection import project_to_cloud
 from crispline.options import NetOptions
@@ -61,12 +63,33 @@ def quad_net(
     vertices, triangles = _level_set(indicator, cloud.points, areas)
     before, after = options.projection_steps
     vertices = project_to_cloud(vertices, cloud.tree, normals, before, threads)
+    # The mesher leaves a hole now and then; another edge length lays the quads anew.
+    fewest = math.inf
+    for length in options.edge_lengths:
+        net = _quads_over(vertices, triangles, length)
+        n_open = int(np.sum(half_edges(net.quads, len(net.vertices)).twin < 0))
+        if n_open < fewest:
+            best, fewest = net, n_open
+        if n_open == 0:
+            break
+    projected = project_to_cloud(best.vertices, cloud.tree, normals, after, threads)
+    return _outward(QuadNet(projected, best.quads))
+
+
+def _quads_over(vertices: Array, triangles: NDArray[np.int64], edge_length: float) -> QuadNet:
+    """Quad mesh over a triangle mesh.
+
+    Raises
+    ------
+    ReconstructionError
+        If there are no quads.
+    """
     with _quiet_stdout():
         vertices, quads = pynanoinstantmeshes.remesh(
             vertices.astype(np.float32),
             triangles.astype(np.uint32),
             vertex_count=-1,
-            scale=2.0 * options.edge_length,  # the mesher halves it when it makes pure quads
+            scale=2.0 * edge_length,  # the mesher halves it when it makes pure quads
             creaseAngle=-1.0,  # 0 would make every edge a crease
             deterministic=True,
             smooth_iter=2,
@@ -78,10 +101,7 @@ def quad_net(
             "quad meshing of the cloud gave no quads; the part may be smaller than "
             "a few point spacings: scan it more densely"
         )
-    vertices = project_to_cloud(
-        np.asarray(vertices, dtype=np.float64), cloud.tree, normals, after, threads
-    )
-    return _outward(_compact(vertices, np.asarray(quads, dtype=np.int64)))
+    return _compact(np.asarray(vertices, dtype=np.float64), np.asarray(quads, dtype=np.int64))
 
 
 def _level_set(

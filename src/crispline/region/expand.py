@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
-from crispline.cloud.working import WorkingCloud
 from crispline.options import RegionOptions
+from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface.base import Array
 
-N_POINTS = 4  # raw points that speak for a patch
 _MISFIT_CAP = 8.0  # squared residuals over 2 sigma^2 count no more than this
 _TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight (1 - cos), capped
 OUT_OF_REACH = 1e3
@@ -32,9 +31,7 @@ _SETTLED_SHARE = 5e-4  # borders have settled when fewer patches than this chang
 def expand_regions(
     label: Labels,
     fits: Mapping[int, RegionFit],
-    cloud: WorkingCloud,
-    graph: PatchGraph,
-    sigma: float,
+    evidence: Evidence,
     options: RegionOptions,
 ) -> Labels:
     """Labels of least cost near the borders, shape ``(m,)``; labels may end in several pieces.
@@ -44,7 +41,7 @@ def expand_regions(
     """
     for _ in range(options.expansion_moves):
         before = label
-        label = _expand_once(label, fits, cloud, graph, sigma, options)
+        label = _expand_once(label, fits, evidence, options)
         if int((label != before).sum()) < _SETTLED_SHARE * len(label):
             break
     return label
@@ -53,18 +50,17 @@ def expand_regions(
 def _expand_once(
     label: Labels,
     fits: Mapping[int, RegionFit],
-    cloud: WorkingCloud,
-    graph: PatchGraph,
-    sigma: float,
+    evidence: Evidence,
     options: RegionOptions,
 ) -> Labels:
     label = label.copy()
+    graph = evidence.graph
     a, b = graph.pairs.T
     at_border = np.zeros(len(label), dtype=bool)
     at_border[graph.pairs[label[a] != label[b]].ravel()] = True
     band = graph.rings(at_border, options.expansion_rings)
     costs = {
-        region: patch_costs(region, fits[region], label, band, cloud, graph, sigma, options)
+        region: patch_costs(region, fits[region], label, band, evidence, options)
         for region in np.unique(label[band]).tolist()
     }
     weights = {
@@ -101,29 +97,19 @@ def border_weights(
     return options.border_cost * (0.5 + excess)
 
 
-def misfit(
-    surface_fit: RegionFit, patches: NDArray[np.int64], cloud: WorkingCloud, graph: PatchGraph
-) -> Array:
-    """Distance of the four raw points nearest to each patch from a surface, shape ``(k, 4)``."""
-    _, nearest = cloud.tree.query(graph.points[patches], k=N_POINTS, workers=-1)
-    distance = surface_fit.surface.signed_distance(cloud.points[nearest].reshape(-1, 3))
-    return np.abs(distance).reshape(-1, N_POINTS)
-
-
 def patch_costs(
     region: int,
     fit: RegionFit,
     label: Labels,
     band: NDArray[np.bool_],
-    cloud: WorkingCloud,
-    graph: PatchGraph,
-    sigma: float,
+    evidence: Evidence,
     options: RegionOptions,
 ) -> Array:
     """Cost of giving each patch to a region; out of reach away from it, shape ``(m,)``."""
+    graph = evidence.graph
     reach = np.flatnonzero(graph.rings(label == region, options.expansion_rings) & band)
-    distance = misfit(fit, reach, cloud, graph)
-    data = np.minimum(distance**2 / (2.0 * sigma**2), _MISFIT_CAP).mean(axis=1)
+    distance = evidence.misfit(fit, reach)
+    data = np.minimum(distance**2 / (2.0 * evidence.sigma**2), _MISFIT_CAP).mean(axis=1)
     directions = fit.surface.project(graph.points[reach])[1] * fit.orientation
     turn = 1.0 - np.einsum("ij,ij->i", directions, graph.normals[reach])
     cost = np.full(len(label), OUT_OF_REACH)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crispline.cloud.working import WorkingCloud
 from crispline.fit.choose import KINDS, Fit, choose_surface, refit
 from crispline.net.halfedge import HalfEdges
 from crispline.options import FitOptions
+from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface.base import Array
@@ -50,30 +50,20 @@ class LabelledCloud:
 
 
 def label_cloud(
-    cloud: WorkingCloud,
-    normals: Array,
-    net_vertices: Array,
-    quads: HalfEdges,
-    graph: PatchGraph,
-    label: Labels,
+    evidence: Evidence, net_vertices: Array, quads: HalfEdges, label: Labels
 ) -> LabelledCloud:
     """Carry the labels of the patches over to the raw points."""
-    _, nearest = graph.tree.query(cloud.points, workers=-1)
     left = label[quads.quad]
     right = np.where(quads.twin >= 0, left[np.maximum(quads.twin, 0)], -1)
     border = left != right
     ends = net_vertices[quads.origin[border]], net_vertices[quads.target[border]]
     if border.any():
         marks = np.concatenate([ends[0], 0.5 * (ends[0] + ends[1])])
-        clearance, _ = cKDTree(marks).query(cloud.points, workers=-1)
+        clearance, _ = cKDTree(marks).query(evidence.points, workers=evidence.threads)
     else:
-        clearance = np.full(len(cloud.points), np.inf)
-    agree = np.einsum("ij,ij->i", normals, graph.normals[nearest])
+        clearance = np.full(len(evidence.points), np.inf)
     return LabelledCloud(
-        cloud.points,
-        np.where((agree < 0.0)[:, None], -normals, normals),
-        label[nearest],
-        np.asarray(clearance),
+        evidence.points, evidence.normals, label[evidence.patch], np.asarray(clearance)
     )
 
 

@@ -20,6 +20,8 @@ Pair = tuple[int, int]
 _MIN_BORDER = 3  # sides; regions that touch less are not neighbours
 _CHI_SQUARE_CAP = 16.0
 _NOISE_SHARE = 0.02  # fits differ by this much per point for reasons that are no faces
+_COMPARABLE = 0.2  # share of the larger piece's points that the smaller must have
+_FINER = 1.7  # control points of a B-spline over its own before it took a neighbour; steps are 1.5
 _JOINT_KINDS = ("plane", "cylinder", "cone", "sphere")
 
 
@@ -102,16 +104,34 @@ def _is_one_surface(
         allowance = max(2.0 * spared * np.log(n_points), _NOISE_SHARE * n_points)
         if _chi_square(together, sigma) < _chi_square(apart, sigma) + allowance:
             return True
-    is_spline = [fit.surface.kind == "bspline" for fit in fits]
-    if not is_smooth or not (any(is_spline) or all(_is_shallow(fit, options) for fit in fits)):
+    return is_smooth and _is_one_free_form(parts, fits, sigma, options)
+
+
+def _is_one_free_form(
+    parts: list[tuple[Array, Array, Array]],
+    fits: list[RegionFit],
+    sigma: float,
+    options: FitOptions,
+) -> bool:
+    """Whether one B-spline explains two smooth neighbours as pieces of one free-form face.
+
+    Either both are shallow pieces of comparable size, or a B-spline goes on over
+    its neighbour without becoming much finer. A B-spline fine enough explains
+    any smooth neighbour, fillets and planes too; that would be no explanation.
+    """
+    splines = [fit.surface.n_parameters for fit in fits if fit.surface.kind == "bspline"]
+    sizes = sorted(len(points) for points, _, _ in parts)
+    if not splines and (
+        sizes[0] < _COMPARABLE * sizes[1] or not all(_is_shallow(fit, options) for fit in fits)
+    ):
         return False
     points = np.concatenate([points for points, _, _ in parts])
     normals = np.concatenate([normals for _, normals, _ in parts])
     clearance = np.concatenate([clearance for _, _, clearance in parts])
     free = fit_bspline_surface(points, normals, sigma, options, border_distance=clearance)
-    return free is not None and all(
-        explains(free, points, normals, sigma, options) for points, normals, _ in parts
-    )
+    if free is None or (splines and free.n_parameters > _FINER * max(splines)):
+        return False
+    return all(explains(free, points, normals, sigma, options) for points, normals, _ in parts)
 
 
 def _is_shallow(fit: RegionFit, options: FitOptions) -> bool:
@@ -120,7 +140,7 @@ def _is_shallow(fit: RegionFit, options: FitOptions) -> bool:
     A few degrees of a cylinder or torus of a huge radius are what pieces of a
     free-form face look like; a plane is a plane.
     """
-    if fit.surface.kind == "plane" or not len(fit.points):
+    if fit.surface.kind in ("plane", "bspline") or not len(fit.points):
         return False
     normals = fit.surface.project(fit.points)[1]
     middle = normals.mean(axis=0)

@@ -6,19 +6,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from crispline.cloud.working import WorkingCloud
 from crispline.options import RegionOptions
+from crispline.region.evidence import Evidence
 from crispline.region.expand import OUT_OF_REACH, patch_costs
-from crispline.region.patches import Labels, PatchGraph
+from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
 
 
 def prune_regions(
     label: Labels,
     fits: Mapping[int, RegionFit],
-    cloud: WorkingCloud,
-    graph: PatchGraph,
-    sigma: float,
+    evidence: Evidence,
     options: RegionOptions,
 ) -> Labels:
     """Hand the patches of superfluous regions to the neighbours that explain them best.
@@ -29,6 +27,7 @@ def prune_regions(
     neighbours of a region that went stay this time.
     """
     label = label.copy()
+    graph = evidence.graph
     everywhere = np.ones(len(label), dtype=bool)
     names, sizes = np.unique(label, return_counts=True)
     kept: set[int] = set()
@@ -42,10 +41,10 @@ def prune_regions(
         if len(neighbours) == 0:
             continue
         n_border = int((beside.reshape(-1, 2)[:, 0] != beside.reshape(-1, 2)[:, 1]).sum())
-        own = patch_costs(region, fits[region], label, everywhere, cloud, graph, sigma, options)
+        own = patch_costs(region, fits[region], label, everywhere, evidence, options)
         others = np.stack(
             [
-                patch_costs(other, fits[other], label, everywhere, cloud, graph, sigma, options)
+                patch_costs(other, fits[other], label, everywhere, evidence, options)
                 for other in neighbours.tolist()
             ]
         )[:, members]

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.cloud.working import WorkingCloud
 from crispline.net.halfedge import HalfEdges
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.basins import basins, consecutive
 from crispline.region.cleanup import tidy
+from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
-from crispline.region.patches import Labels, PatchGraph
+from crispline.region.patches import Labels
 from crispline.region.prune import prune_regions
 from crispline.region.regionfit import RegionFit
 from crispline.region.split import split_into_surfaces
@@ -41,13 +41,10 @@ class Segmentation:
 
 
 def segment(
-    cloud: WorkingCloud,
-    normals: Array,
+    evidence: Evidence,
     net_vertices: Array,
     quads: HalfEdges,
-    graph: PatchGraph,
     is_sharp: NDArray[np.bool_],
-    sigma: float,
     options: RegionOptions,
     fit_options: FitOptions,
 ) -> Segmentation:
@@ -58,10 +55,11 @@ def segment(
 
     Parameters
     ----------
-    normals : outward normals of the cloud, shape ``(n, 3)``.
+    evidence : the patches and the raw points.
+    net_vertices, quads : the net that the patches belong to.
     is_sharp : sharp patches, shape ``(m,)``.
-    sigma : noise of the raw points along the normal, spacings.
     """
+    graph, sigma = evidence.graph, evidence.sigma
     label = basins(graph.points, graph.normals, graph.pairs, is_sharp, graph.edge_length, options)
     patch_sigma = options.patch_noise * sigma
     label = split_into_surfaces(label, graph, is_sharp, patch_sigma, options, fit_options)
@@ -71,7 +69,7 @@ def segment(
 
     def fitted(with_options: FitOptions) -> tuple[LabelledCloud, dict[int, RegionFit]]:
         nonlocal known
-        labelled = label_cloud(cloud, normals, net_vertices, quads, graph, label)
+        labelled = label_cloud(evidence, net_vertices, quads, label)
         known = fit_regions(labelled, graph, label, sigma, with_options, known)
         return labelled, {region: fit for region, (fit, _) in known.items()}
 
@@ -85,15 +83,13 @@ def segment(
                 break
             label = tidy(merged, quads, options.min_patches)
             labelled, fits = fitted(draft)
-        label = expand_regions(label, fits, cloud, graph, sigma, options)
+        label = expand_regions(label, fits, evidence, options)
         label = tidy(label, quads, options.min_patches)
         _, fits = fitted(draft)
         if round_number > 0:
-            label = prune_regions(label, fits, cloud, graph, sigma, options)
+            label = prune_regions(label, fits, evidence, options)
         if round_number < options.rounds - 1:
-            label = release_swallowed(
-                label, fits, cloud, graph, sigma, options.min_patches, options
-            )
+            label = release_swallowed(label, fits, evidence, options)
             label = split_into_surfaces(
                 label, graph, is_sharp, patch_sigma, options, draft, _unexplained(label, fits)
             )
