@@ -13,7 +13,7 @@ from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
-from OCP.Message import Message, Message_Gravity
+from OCP.Message import Message
 from OCP.StepBasic import StepBasic_Product
 from OCP.STEPControl import (
     STEPControl_Controller,
@@ -61,11 +61,14 @@ def write_step(shape: Any, path: str | PathLike[str]) -> None:
         draft.write_bytes(content)
 
 
-def step_bytes(shape: Any, has_pcurves: bool) -> bytes:
-    """The content of a STEP file; equal for equal shapes, whenever it is made."""
-    _quieten()
+def step_bytes(shape: Any, has_pcurves: bool, unit: str = "MM") -> bytes:
+    """The content of a STEP file; equal for equal shapes, whenever it is made.
+
+    ``unit`` is OCCT's name of the file's length unit; the shape is in millimetres.
+    """
+    quieten()
     Interface_Static.SetIVal_s("write.surfacecurve.mode", int(has_pcurves))
-    Interface_Static.SetCVal_s("write.step.unit", "MM")
+    Interface_Static.SetCVal_s("write.step.unit", unit)
     writer = STEPControl_Writer()
     status = writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
     if status != IFSelect_ReturnStatus.IFSelect_RetDone:
@@ -135,17 +138,25 @@ def _reads_back(content: bytes, shape: Any) -> bool:
 
 
 def _read(content: bytes) -> Any:
-    _quieten()
+    reader = open_step(content)
+    return reader.OneShape() if reader is not None and reader.TransferRoots() else None
+
+
+def open_step(content: bytes) -> Any:
+    """A ``STEPControl_Reader`` that has loaded a file, or None if it is no STEP file.
+
+    Its shapes, once transferred, are in millimetres whatever the file's unit.
+    """
+    quieten()
     Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
     reader = STEPControl_Reader()
     status = reader.ReadStream(_NAME, io.BytesIO(content))
-    if status != IFSelect_ReturnStatus.IFSelect_RetDone or not reader.TransferRoots():
-        return None
-    return reader.OneShape()
+    return reader if status == IFSelect_ReturnStatus.IFSelect_RetDone else None
 
 
-def _quieten() -> None:
-    """Load the STEP module, and keep OCCT from printing its progress."""
+def quieten() -> None:
+    """Load the STEP module, and keep OCCT from printing its progress and its complaints."""
     STEPControl_Controller.Init_s()
-    for printer in Message.DefaultMessenger_s().Printers():
-        printer.SetTraceLevel(Message_Gravity.Message_Fail)
+    messenger = Message.DefaultMessenger_s()
+    for printer in list(messenger.Printers()):
+        messenger.RemovePrinter(printer)
