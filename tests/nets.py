@@ -48,6 +48,15 @@ def box(n, half=1.0):
     return vertices, index.reshape(-1, 4), np.concatenate(sides)
 
 
+def borders(quads, label):
+    """Sides between quads of different labels, shape ``(e, 2)``."""
+    sides = {}
+    for quad, name in zip(quads.tolist(), label, strict=True):
+        for pair in zip(quad, quad[1:] + quad[:1], strict=True):
+            sides.setdefault(tuple(sorted(pair)), set()).add(name)
+    return np.array([pair for pair, labels in sides.items() if len(labels) > 1])
+
+
 def sphere(n, radius=1.0):
     """The box of ``n x n`` quads a side, blown up; quads of nearly equal size."""
     vertices, quads, _ = box(n)
