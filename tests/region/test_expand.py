@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from crispline.net.halfedge import half_edges
 from crispline.region import expand
-from crispline.region.expand import OUT_OF_REACH
+from crispline.region.claim import OUT_OF_REACH
 
 
 def energy(label, costs, pairs, border):

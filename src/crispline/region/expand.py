@@ -15,14 +15,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from crispline.options import RegionOptions
+from crispline.region.claim import OUT_OF_REACH, Claim
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface.base import Array
 
-_MISFIT_CAP = 8.0  # squared residuals over 2 sigma^2 count no more than this
-_TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight (1 - cos), capped
-OUT_OF_REACH = 1e3
 _SCALE = 1000  # costs become integers for the maximum flow
 _SWEEPS = 2
 _SETTLED_SHARE = 5e-4  # borders have settled when fewer patches than this change
@@ -39,34 +37,29 @@ def expand_regions(
     A region reaches a few rings from its border at a time; while borders still
     move, the reach moves with them.
     """
+    claims = {region: Claim(fit, evidence, options) for region, fit in fits.items()}
     for _ in range(options.expansion_moves):
         before = label
-        label = _expand_once(label, fits, evidence, options)
+        label = _expand_once(label, claims, evidence.graph, options)
         if int((label != before).sum()) < _SETTLED_SHARE * len(label):
             break
     return label
 
 
 def _expand_once(
-    label: Labels,
-    fits: Mapping[int, RegionFit],
-    evidence: Evidence,
-    options: RegionOptions,
+    label: Labels, claims: Mapping[int, Claim], graph: PatchGraph, options: RegionOptions
 ) -> Labels:
     label = label.copy()
-    graph = evidence.graph
     a, b = graph.pairs.T
     at_border = np.zeros(len(label), dtype=bool)
     at_border[graph.pairs[label[a] != label[b]].ravel()] = True
     band = graph.rings(at_border, options.expansion_rings)
-    costs = {
-        region: patch_costs(region, fits[region], label, band, evidence, options)
-        for region in np.unique(label[band]).tolist()
-    }
-    weights = {
-        region: border_weights(fits[region], costs[region] < OUT_OF_REACH, graph, options)
-        for region in costs
-    }
+    costs: dict[int, Array] = {}
+    weights: dict[int, Array] = {}
+    for region in np.unique(label[band]).tolist():
+        within = claims[region].reach(label == region) & band
+        costs[region] = claims[region].patch_costs(within)
+        weights[region] = claims[region].border_costs(within)
     for _ in range(_SWEEPS):
         before = label.copy()
         for region in costs:
@@ -74,47 +67,6 @@ def _expand_once(
         if np.array_equal(label, before):
             break
     return label
-
-
-def border_weights(
-    fit: RegionFit, members: NDArray[np.bool_], graph: PatchGraph, options: RegionOptions
-) -> Array:
-    """A region's share of the cost of a border along each side, shape ``(e,)``.
-
-    Two regions can only meet where both their surfaces pass: a side costs more
-    the farther it lies from either. So a border moves to where the surfaces
-    intersect, and surfaces that do not meet make room for what is between them.
-
-    Parameters
-    ----------
-    members : patches that the region may take; sides of others cost the cap.
-    """
-    beside = np.flatnonzero(members[graph.pairs].any(axis=1))
-    middle = graph.points[graph.pairs[beside]].mean(axis=1)
-    distance = fit.surface.signed_distance(middle)
-    excess = np.full(len(graph.pairs), options.border_miss_cap)
-    excess[beside] = np.minimum((distance / options.border_miss) ** 2, options.border_miss_cap)
-    return options.border_cost * (0.5 + excess)
-
-
-def patch_costs(
-    region: int,
-    fit: RegionFit,
-    label: Labels,
-    band: NDArray[np.bool_],
-    evidence: Evidence,
-    options: RegionOptions,
-) -> Array:
-    """Cost of giving each patch to a region; out of reach away from it, shape ``(m,)``."""
-    graph = evidence.graph
-    reach = np.flatnonzero(graph.rings(label == region, options.expansion_rings) & band)
-    distance = evidence.misfit(fit, reach)
-    data = np.minimum(distance**2 / (2.0 * evidence.sigma**2), _MISFIT_CAP).mean(axis=1)
-    directions = fit.surface.project(graph.points[reach])[1] * fit.orientation
-    turn = 1.0 - np.einsum("ij,ij->i", directions, graph.normals[reach])
-    cost = np.full(len(label), OUT_OF_REACH)
-    cost[reach] = data + np.minimum(_TURN_WEIGHT * turn, _TURN_CAP)
-    return cost
 
 
 def _expansion(

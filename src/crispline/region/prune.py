@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from crispline.options import RegionOptions
+from crispline.region.claim import OUT_OF_REACH, Claim
 from crispline.region.evidence import Evidence
-from crispline.region.expand import OUT_OF_REACH, patch_costs
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
 
@@ -28,7 +28,7 @@ def prune_regions(
     """
     label = label.copy()
     graph = evidence.graph
-    everywhere = np.ones(len(label), dtype=bool)
+    claims = {region: Claim(fit, evidence, options) for region, fit in fits.items()}
     names, sizes = np.unique(label, return_counts=True)
     kept: set[int] = set()
     for region in names[np.argsort(sizes, kind="stable")].tolist():
@@ -41,10 +41,11 @@ def prune_regions(
         if len(neighbours) == 0:
             continue
         n_border = int((beside.reshape(-1, 2)[:, 0] != beside.reshape(-1, 2)[:, 1]).sum())
-        own = patch_costs(region, fits[region], label, everywhere, evidence, options)
+        inside = label == region
+        own = claims[region].patch_costs(inside)
         others = np.stack(
             [
-                patch_costs(other, fits[other], label, everywhere, evidence, options)
+                claims[other].patch_costs(inside & claims[other].reach(label == other))
                 for other in neighbours.tolist()
             ]
         )[:, members]

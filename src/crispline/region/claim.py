@@ -1,0 +1,78 @@
+"""What it costs to give patches, and borders along their sides, to one region."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crispline.options import RegionOptions
+from crispline.region.evidence import Evidence
+from crispline.region.regionfit import RegionFit
+from crispline.surface.base import Array
+
+OUT_OF_REACH = 1e3
+"""Cost of a patch that a region may not take."""
+
+_MISFIT_CAP = 8.0  # squared residuals over 2 sigma^2 count no more than this
+_TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight (1 - cos), capped
+
+
+class Claim:
+    """The costs of one region's surface, worked out where they are asked for and kept.
+
+    They depend on the surface and the raw points only, not on the labels, which
+    alone decide what is within reach.
+    """
+
+    def __init__(self, fit: RegionFit, evidence: Evidence, options: RegionOptions) -> None:
+        self._fit, self._evidence, self._options = fit, evidence, options
+        # Zeros that nobody touches take no memory, and most of these stay untouched.
+        self._patches = np.zeros(len(evidence.graph))
+        self._sides = np.zeros(len(evidence.graph.pairs))
+        self._has_patch = np.zeros(len(evidence.graph), dtype=bool)
+        self._has_side = np.zeros(len(evidence.graph.pairs), dtype=bool)
+
+    def reach(self, members: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Patches near enough to the region's ``members`` to be taken, shape ``(m,)``."""
+        return self._evidence.graph.rings(members, self._options.expansion_rings)
+
+    def patch_costs(self, within: NDArray[np.bool_]) -> Array:
+        """Cost of every patch of a mask, out of reach elsewhere, shape ``(m,)``."""
+        self._evaluate_patches(np.flatnonzero(within & ~self._has_patch))
+        cost = np.full(self._patches.shape, OUT_OF_REACH)
+        cost[within] = self._patches[within]
+        return cost
+
+    def border_costs(self, within: NDArray[np.bool_]) -> Array:
+        """The region's share of the cost of a border along each side, shape ``(e,)``.
+
+        Two regions can only meet where both their surfaces pass: a side costs more
+        the farther it lies from either. So a border moves to where the surfaces
+        intersect, and surfaces that do not meet make room for what is between them.
+        Sides of no patch of the mask ``within`` cost the cap.
+        """
+        beside = within[self._evidence.graph.pairs].any(axis=1)
+        self._evaluate_sides(np.flatnonzero(beside & ~self._has_side))
+        excess = np.full(self._sides.shape, self._options.border_miss_cap)
+        excess[beside] = self._sides[beside]
+        return self._options.border_cost * (0.5 + excess)
+
+    def _evaluate_patches(self, patches: NDArray[np.int64]) -> None:
+        if len(patches) == 0:
+            return
+        graph, sigma = self._evidence.graph, self._evidence.sigma
+        distance = self._evidence.misfit(self._fit, patches)
+        data = np.minimum(distance**2 / (2.0 * sigma**2), _MISFIT_CAP).mean(axis=1)
+        directions = self._fit.surface.project(graph.points[patches])[1] * self._fit.orientation
+        turn = 1.0 - np.einsum("ij,ij->i", directions, graph.normals[patches])
+        self._has_patch[patches] = True
+        self._patches[patches] = data + np.minimum(_TURN_WEIGHT * turn, _TURN_CAP)
+
+    def _evaluate_sides(self, sides: NDArray[np.int64]) -> None:
+        if len(sides) == 0:
+            return
+        graph = self._evidence.graph
+        middle = graph.points[graph.pairs[sides]].mean(axis=1)
+        squared = (self._fit.surface.signed_distance(middle) / self._options.border_miss) ** 2
+        self._has_side[sides] = True
+        self._sides[sides] = np.minimum(squared, self._options.border_miss_cap)
