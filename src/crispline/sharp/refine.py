@@ -130,7 +130,10 @@ def _refined(
         ]
         feet, _ = intersect(curve.evaluate(np.concatenate(added)), constraints)
         after = np.repeat(np.arange(len(spans)) + 1, n_parts - 1)
-        nodes = _distinct(np.insert(nodes, after, feet, axis=0))
+        finer = _distinct(np.insert(nodes, after, feet, axis=0))
+        if len(finer) <= len(nodes):  # the feet of all new points are old ones
+            return nodes
+        nodes = finer
 
 
 def _loose_gaps(ends: Array, constraints: Sequence[Constraint], tolerance: float) -> Array:
