@@ -1,10 +1,10 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help venv demo check test bench example clean
+.PHONY: help venv demo check test bench table-one pictures example clean
 
 help:  ## show the targets
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
 
 .venv/installed: pyproject.toml
 	$(PYTHON) -m venv .venv
@@ -26,8 +26,18 @@ check: venv  ## style, types, import directions
 test: check  ## the checks, then the tests
 	$(BIN)/pytest -n 2
 
-bench: venv  ## accuracy on the paper's model
+bench: venv  ## accuracy on the paper's model, speed of curvature and detection
+	$(BIN)/python benchmarks/curvature.py
 	$(BIN)/python benchmarks/box_cylinder.py
+
+table-one: venv  ## the paper's experiment: table and rows in out/
+	@mkdir -p out
+	$(BIN)/crispline paper --json out/table-one.json --markdown out/table-one.md
+
+pictures: venv  ## draw the pictures of the documentation anew
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	$(BIN)/python docs/pictures.py
+	$(BIN)/python docs/paper_figures.py
 
 example: venv  ## make the bundled scan anew
 	$(BIN)/crispline sample bracket --points 40000 --noise 0.01 --outliers 0.005 --seed 1 -o examples/bracket.ply

@@ -16,32 +16,17 @@ import argparse
 import json
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
 
 import numpy as np
-from OCP.BRep import BRep_Tool
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
-from OCP.BRepCheck import BRepCheck_Analyzer
-from OCP.BRepExtrema import BRepExtrema_DistShapeShape
-from OCP.BRepMesh import BRepMesh_IncrementalMesh
-from OCP.gp import gp_Pnt
-from OCP.IFSelect import IFSelect_RetDone
-from OCP.STEPControl import STEPControl_Reader
-from OCP.TopAbs import (
-    TopAbs_EDGE,
-    TopAbs_FACE,
-    TopAbs_ShapeEnum,
-    TopAbs_VERTEX,
-)
-from OCP.TopExp import TopExp_Explorer
-from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS, TopoDS_Shape
 
 import crispline
+from crispline.brep.accuracy import feature_counts, shape_distances, surface_samples
+from crispline.brep.check import check_shape
+from crispline.brep.step import read_step
 from crispline.shapes import (
     SAMPLINGS,
     Sample,
@@ -112,90 +97,31 @@ def run(case: Case, n_points: int) -> Score:
         model = read_step(path)
 
     def error(points: Array) -> float:
-        return float(distance_to_model(points, model).mean() / scan.spacing)
+        return float(shape_distances(points, model).mean() / scan.spacing)
 
     feature = {
         kind: np.concatenate([edge.points for edge in scan.shape.edges if edge.kind == kind])
         for kind in ("straight", "lower circle", "upper circle")
     }
-    n_edges, n_corners = count_edges_and_corners(model)
+    n_faces, n_edges, n_corners = feature_counts(model)
     return Score(
         straight=error(feature["straight"]),
         lower=error(feature["lower circle"]),
         upper=error(feature["upper circle"]),
         corners=error(scan.shape.corners),
         reverse=reverse_error(model, scan),
-        n_faces=len(list(parts(model, TopAbs_FACE))),
+        n_faces=n_faces,
         n_edges=n_edges,
         n_corners=n_corners,
-        is_valid=BRepCheck_Analyzer(model).IsValid(),
+        is_valid=check_shape(model).is_valid,
         seconds=seconds,
     )
 
 
-def read_step(path: Path) -> TopoDS_Shape:
-    """Shape of a STEP file, as another program would read it."""
-    reader = STEPControl_Reader()
-    if reader.ReadFile(str(path)) != IFSelect_RetDone:
-        raise RuntimeError(f"{path} is not a readable STEP file")
-    reader.TransferRoots()
-    return reader.OneShape()
-
-
-def parts(shape: TopoDS_Shape, kind: TopAbs_ShapeEnum) -> Iterator[TopoDS_Shape]:
-    """Yield the sub-shapes of a kind, once for every use."""
-    explorer = TopExp_Explorer(shape, kind)
-    while explorer.More():
-        yield explorer.Current()
-        explorer.Next()
-
-
-def count_edges_and_corners(model: TopoDS_Shape) -> tuple[int, int]:
-    """Count edges between two different faces (no seams) and vertices where three or more meet."""
-    # The bindings compare shapes by their wrappers; the hash tells which are the same.
-    faces_at: dict[int, set[int]] = {}
-    ends_of: dict[int, set[int]] = {}
-    for face in parts(model, TopAbs_FACE):
-        for edge in parts(face, TopAbs_EDGE):
-            faces_at.setdefault(hash(edge), set()).add(hash(face))
-            ends_of[hash(edge)] = {hash(vertex) for vertex in parts(edge, TopAbs_VERTEX)}
-    edges = [edge for edge, faces in faces_at.items() if len(faces) == 2]
-    degree = Counter(vertex for edge in edges for vertex in ends_of[edge])
-    return len(edges), sum(n >= 3 for n in degree.values())
-
-
-def distance_to_model(points: Array, model: TopoDS_Shape) -> Array:
-    """Exact distance of points ``(n, 3)`` to the nearest face, shape ``(n,)``."""
-    faces = list(parts(model, TopAbs_FACE))
-    distances = []
-    for x, y, z in points.tolist():
-        vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(x, y, z)).Vertex()
-        distances.append(min(BRepExtrema_DistShapeShape(vertex, face).Value() for face in faces))
-    return np.array(distances)
-
-
-def reverse_error(model: TopoDS_Shape, scan: Sample) -> float:
+def reverse_error(model: object, scan: Sample) -> float:
     """99 % quantile of the distance of points on the model to the true surface, in spacings."""
-    BRepMesh_IncrementalMesh(model, 0.002 * scan.spacing, False, 0.05, True)
-    corners = np.concatenate([triangles(face) for face in parts(model, TopAbs_FACE)])
-    a, b, c = corners.transpose(1, 0, 2)
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    stream = np.random.default_rng(0)
-    chosen = stream.choice(len(areas), N_REVERSE, p=areas / areas.sum())
-    u, v = stream.random((2, N_REVERSE, 1))
-    u, v = np.where(u + v > 1.0, (1.0 - u, 1.0 - v), (u, v))
-    points = a[chosen] + u * (b - a)[chosen] + v * (c - a)[chosen]
+    points = surface_samples(model, N_REVERSE, 0.002 * scan.spacing)
     return float(np.quantile(distance_to_box_cylinder(points), 0.99) / scan.spacing)
-
-
-def triangles(face: TopoDS_Shape) -> Array:
-    """Triangles of a meshed face, shape ``(m, 3, 3)``."""
-    location = TopLoc_Location()
-    mesh = BRep_Tool.Triangulation_s(TopoDS.Face(face), location)
-    nodes = [mesh.Node(i + 1).Transformed(location.Transformation()) for i in range(mesh.NbNodes())]
-    vertices = np.array([(node.X(), node.Y(), node.Z()) for node in nodes])
-    indices = np.array([mesh.Triangle(i + 1).Get() for i in range(mesh.NbTriangles())]) - 1
-    return np.asarray(vertices[indices])
 
 
 def table(results: Sequence[tuple[Case, Score]]) -> Iterator[str]:

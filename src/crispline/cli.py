@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -35,6 +36,7 @@ _SHAPES = ("box-cylinder", "bracket")
 _SAMPLINGS = ("grid", "half-cell", "random")
 _CLOUDS_OUT = (".ply", ".xyz", ".npy")
 _EDGES_OUT = (".json", ".obj")
+_SURFACES_OUT = (".step", ".stp", ".iges", ".igs", ".json", ".npz", ".ply", ".obj")
 
 
 class _Program(click.Group):
@@ -68,7 +70,7 @@ def _output_option(
 def _fraction(context: click.Context, parameter: click.Parameter, text: str) -> float:
     """Read a fraction of 0 or more, given as a number (0.02) or in per cent (2%)."""
     try:
-        fraction = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+        fraction = _as_fraction(text)
     except ValueError:
         fraction = math.nan
     if not 0.0 <= fraction < math.inf:
@@ -76,6 +78,26 @@ def _fraction(context: click.Context, parameter: click.Parameter, text: str) -> 
             f"expected a number of 0 or more such as 0.02 or 2%, got '{text}'", context, parameter
         )
     return fraction
+
+
+def _as_fraction(text: str) -> float:
+    return float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+
+
+def _listed(
+    read: Callable[[str], Any], expected: str
+) -> Callable[[click.Context, click.Parameter, str], tuple[Any, ...]]:
+    """Read an option with values separated by commas."""
+
+    def check(context: click.Context, parameter: click.Parameter, text: str) -> tuple[Any, ...]:
+        try:
+            return tuple(read(part.strip()) for part in text.split(","))
+        except ValueError as error:
+            raise click.BadParameter(
+                f"expected {expected}, got '{text}'", context, parameter
+            ) from error
+
+    return check
 
 
 _cloud = click.argument("cloud", type=click.Path(path_type=Path))
@@ -230,6 +252,152 @@ def sample(
     if truth is not None:
         write_truth(truth, scan)
     click.echo(f"{output}: {len(scan.points)} points, spacing {scan.spacing:.4g}")
+
+
+@main.command()
+@_output_option("--json", "json_path", suffixes=(".json",), text="Write the rows as JSON.")
+@_output_option("--markdown", "markdown_path", suffixes=(".md",), text="Write the tables.")
+@click.option(
+    "--methods",
+    callback=_listed(str, "names of methods separated by commas such as paper,robust"),
+    default="published,paper,robust,pipeline",
+    show_default=True,
+    help="The published numbers, the two rules on grids, the reconstruction of whole clouds.",
+)
+@click.option(
+    "--noise",
+    callback=_listed(_as_fraction, "fractions separated by commas such as 0,0.5%,0.02"),
+    default="0,0.5%,1%,2%,5%,10%",
+    show_default=True,
+    help="Steps of the points, over an eighth of the model's length.",
+)
+@click.option(
+    "--phases",
+    callback=_listed(float, "numbers from 0 to 0.5 separated by commas such as 0,0.25,0.5"),
+    default="0,0.125,0.25,0.375,0.5",
+    show_default=True,
+    help="Positions of the edges between two rows of a grid.",
+)
+@click.option(
+    "--seeds", type=click.IntRange(min=1), default=10, show_default=True, help="Seeds on grids."
+)
+@click.option(
+    "--pipeline-seeds",
+    type=click.IntRange(min=1),
+    default=3,
+    show_default=True,
+    help="Seeds on whole clouds, at most as many as on grids; a run takes half a minute.",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default="all cores",
+    help="Processes to use; the result is the same.",
+)
+def paper(
+    json_path: Path | None,
+    markdown_path: Path | None,
+    methods: tuple[Any, ...],
+    noise: tuple[float, ...],
+    phases: tuple[float, ...],
+    seeds: int,
+    pipeline_seeds: int,
+    jobs: int,
+) -> None:
+    """Run the paper's experiment: feature errors before and after, by method.
+
+    Without a file to write, the tables go to the terminal.
+    """
+    from rich.console import Console
+
+    from crispline.files import write_text
+    from crispline.paper.experiment import Plan, run
+    from crispline.paper.table import to_json, to_markdown
+    from crispline.report.progress import show_progress
+
+    plan = Plan(methods, phases, noise, seeds, min(seeds, pipeline_seeds))
+    with show_progress(Console(stderr=True)) as progress:
+        rows = run(plan, n_jobs=jobs or os.cpu_count() or 1, progress=progress)
+    if json_path is not None:
+        write_text(json_path, to_json(rows))
+    if markdown_path is not None:
+        write_text(markdown_path, to_markdown(rows))
+    if json_path is None and markdown_path is None:
+        click.echo(to_markdown(rows), nl=False)
+
+
+@main.command()
+@click.argument("surface", type=click.Path(path_type=Path))
+@_output_option(
+    "-o",
+    "--output",
+    suffixes=_SURFACES_OUT,
+    required=True,
+    text="STEP, IGES, JSON of geomdl or NPZ; PLY or OBJ for triangles.",
+)
+@click.option(
+    "--eps",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Patches of this mean curvature are curved, in 1/spacing.  [default: from the noise; "
+    "0.25 with the paper's rule]",
+)
+@click.option(
+    "--rule",
+    type=click.Choice(("robust", "paper")),
+    default="robust",
+    show_default=True,
+    help="The paper's rules to the letter, or those that find and locate every edge.",
+)
+@click.option(
+    "--repeat",
+    type=click.IntRange(1, 3),
+    default=3,
+    show_default=True,
+    help="How often located points enter; 3 makes edges sharp.",
+)
+@_output_option(
+    "--summary", "summary_path", suffixes=(".json",), text="Also write what was found as JSON."
+)
+def sharpen(
+    surface: Path,
+    output: Path,
+    eps: float | None,
+    rule: Any,
+    repeat: int,
+    summary_path: Path | None,
+) -> None:
+    """Make the edges and corners of the B-spline surfaces or the grid SURFACE sharp.
+
+    SURFACE is STEP or IGES with B-spline faces, JSON of geomdl, NPZ, or points in
+    rows and columns: NPY of shape (m, n, 3) or PCD with a height.
+    """
+    from crispline.exchange.read import read_surface_file
+    from crispline.files import write_text
+    from crispline.grid import sharpen as sharpened
+    from crispline.grid.write import write_sharpened
+    from crispline.options import SharpenOptions
+
+    given = read_surface_file(surface)
+    options = SharpenOptions(rule=rule, eps=eps, repeat=repeat)
+    results = [sharpened(one, options) for one in given.surfaces]
+    write_sharpened(results, output, given.unit or "mm")
+    summaries = [result.summary() for result in results]
+    if summary_path is not None:
+        text = json.dumps({"surfaces": summaries}, indent=1, allow_nan=False)
+        write_text(summary_path, text + "\n")
+    for result in summaries:
+        patches = result["patches"]
+        click.echo(
+            f"{output}: {result['kind']}, edges: {result['n_edges']}, corners: "
+            f"{result['n_corners']}; patches: {patches['flat']} flat, {patches['curved']} curved, "
+            f"{patches['sharp']} sharp"
+        )
+    if given.left_out or given.n_trimmed:
+        kinds = ", ".join(f"{count} {kind}" for kind, count in given.left_out.items())
+        click.echo(
+            f"{surface}: left out: {kinds or 'nothing'}; trims ignored: {given.n_trimmed}", err=True
+        )
 
 
 def _partial(error: ReconstructionError) -> Reconstruction | None:

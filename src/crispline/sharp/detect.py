@@ -70,19 +70,27 @@ def detect(
     return Detection(is_curved, is_sharp, high / edge_length)
 
 
-def normal_spread(normals: Array, adjacency: csr_array, is_curved: Mask, rings: int) -> Array:
+def normal_spread(
+    normals: Array,
+    adjacency: csr_array,
+    is_curved: Mask,
+    rings: int,
+    wanted: Mask | None = None,
+) -> Array:
     """Angle between the flat normals that differ most within ``rings`` rings, shape ``(m,)``.
 
-    Evaluated at curved patches, 0 elsewhere. The farthest pair is sought by
-    three sweeps (farthest from the mean, then twice farthest from the last),
-    which is exact for normals on an arc and never less than half the truth.
+    Evaluated at the wanted patches (by default the curved ones), 0 elsewhere. The
+    farthest pair is sought by three sweeps (farthest from the mean, then twice
+    farthest from the last), which is exact for normals on an arc and never less
+    than half the truth.
     """
     reach = adjacency
     for _ in range(rings - 1):
         reach = reach @ adjacency + reach
         reach.data[:] = 1.0
-    rows, columns = reach[np.flatnonzero(is_curved)].nonzero()
-    centre = np.flatnonzero(is_curved)[rows]
+    evaluated = np.flatnonzero(is_curved if wanted is None else wanted)
+    rows, columns = reach[evaluated].nonzero()
+    centre = evaluated[rows]
     flat = ~is_curved[columns]
     centre, around = centre[flat], columns[flat]
     reference = np.zeros_like(normals)

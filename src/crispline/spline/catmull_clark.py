@@ -24,8 +24,9 @@ _SECOND = np.array([1.0, -2.0, 1.0])
 class PatchCentres:
     """Position and derivatives of every patch at its centre, each shape ``(m, 3)``.
 
-    ``u`` runs from side 3 to side 1 of the quad, ``v`` from side 0 to side 2.
-    Derivatives are per half patch.
+    On a quad net ``u`` runs from side 3 to side 1 of the quad, ``v`` from side 0
+    to side 2, and derivatives are per half patch. On a grid the shape is
+    ``(m, n, 3)`` and derivatives are per patch.
     """
 
     point: Array
@@ -39,8 +40,17 @@ class PatchCentres:
     def normal(self) -> Array:
         """Unit normals ``S_u x S_v``, shape ``(m, 3)``; zero where the patch is degenerate."""
         cross = np.cross(self.du, self.dv)
-        length = np.linalg.norm(cross, axis=1, keepdims=True)
+        length = np.linalg.norm(cross, axis=-1, keepdims=True)
         return np.asarray(cross / np.where(length > 0.0, length, 1.0))
+
+    @property
+    def size(self) -> Array:
+        """Root of the area that the tangents span, shape ``(m,)``."""
+        e, f, g = (
+            a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+            for a, b in ((self.du, self.du), (self.du, self.dv), (self.dv, self.dv))
+        )
+        return np.asarray(np.sqrt(np.sqrt(np.maximum(e * g - f * f, 0.0))))
 
 
 def patch_centres(vertices: Array, quads: NDArray[np.int64]) -> PatchCentres:
