@@ -1,5 +1,6 @@
 """Fits, merges and lost faces on a box whose net, labels and raw points are known exactly."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -60,6 +61,14 @@ def test_points_get_the_label_and_clearance_of_their_patch(box):
     points, _, clearance = labelled.samples(3, FIT)
     assert len(points) == (N - 2) ** 2
     assert clearance.min() > FIT.border_margin
+
+
+def test_a_region_that_is_mostly_border_gives_half_of_its_points(box):
+    """Within a margin of 4 on every side of 14 there are 36 of 196 points clear of it."""
+    labelled, _, _ = fitted(box, box.side)
+    points, _, clearance = labelled.samples(3, replace(FIT, border_margin=4.0))
+    assert len(points) == N * N // 2
+    assert clearance.min() >= np.median(labelled.clearance[box.side == 3])
 
 
 def test_every_side_is_a_plane_that_looks_outward(box):

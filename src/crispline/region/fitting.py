@@ -17,6 +17,7 @@ from crispline.region.regionfit import RegionFit
 from crispline.surface.base import Array
 
 _MIN_POINTS = 30
+_CLEAR_SHARE = 1 / 3
 
 
 @dataclass(frozen=True)
@@ -40,10 +41,11 @@ class LabelledCloud:
 
         Points within ``options.border_margin`` of the border are left out as long
         as enough others remain: near an edge, noise takes points to the wrong side.
+        A narrow region, most of which lies that near, gives the half farthest in.
         """
         members = np.flatnonzero(self.region == region)
         clear = members[self.clearance[members] > options.border_margin]
-        if len(clear) < _MIN_POINTS:
+        if len(clear) < max(_MIN_POINTS, _CLEAR_SHARE * len(members)):
             order = np.argsort(-self.clearance[members], kind="stable")
             clear = np.sort(members[order[: max(_MIN_POINTS, len(members) // 2)]])
         return self.points[clear], self.normals[clear], self.clearance[clear]
