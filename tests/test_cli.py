@@ -17,6 +17,7 @@ from crispline import cli, shapes
 from crispline.cloud.read import read_points
 from crispline.cloud.write import WRITE_SUFFIXES
 from crispline.errors import InputError, ReconstructionError
+from crispline.exchange.write import WRITE_SUFFIXES as SURFACE_SUFFIXES
 from crispline.files import write_text
 from crispline.report.edges import EDGE_SUFFIXES
 
@@ -123,10 +124,11 @@ def test_help_and_import_load_nothing_heavy():
 
 
 def test_names_repeated_for_a_fast_help_are_the_real_ones():
-    assert set(cli._SHAPES) == set(shapes.SHAPES)
-    assert cli._SAMPLINGS == shapes.SAMPLINGS
-    assert cli._CLOUDS_OUT == WRITE_SUFFIXES
-    assert cli._EDGES_OUT == EDGE_SUFFIXES
+    assert set(cli.experiments.SHAPES) == set(shapes.SHAPES)
+    assert cli.experiments.SAMPLINGS == shapes.SAMPLINGS
+    assert cli.experiments.CLOUDS_OUT == WRITE_SUFFIXES
+    assert cli.clouds.EDGES_OUT == EDGE_SUFFIXES
+    assert cli.surfaces.SURFACES_OUT == SURFACE_SUFFIXES
 
 
 def test_the_package_offers_its_names_lazily():
@@ -139,7 +141,7 @@ def test_the_package_offers_its_names_lazily():
 # --- sample -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("shape", cli._SHAPES)
+@pytest.mark.parametrize("shape", cli.experiments.SHAPES)
 def test_sample_writes_cloud_and_truth(tmp_path, shape):
     outcome = run(
         "sample", shape, "--points", 2000, "--noise", "2%", "--outliers", 0.1, "--seed", 3,
