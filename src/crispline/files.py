@@ -1,4 +1,4 @@
-"""Output files that appear whole or not at all."""
+"""Input files that can be read, output files that appear whole or not at all."""
 
 from __future__ import annotations
 
@@ -9,6 +9,38 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from crispline.errors import InputError
+
+
+@contextmanager
+def readable(path: Path, suffixes: Collection[str], expected: str) -> Iterator[None]:
+    """Refuse an input file that cannot be read, before and while the block reads it.
+
+    Parameters
+    ----------
+    path : file to be read.
+    suffixes : allowed suffixes, lower case and with the dot.
+    expected : what the file should hold, for the message about an empty one.
+
+    Raises
+    ------
+    InputError
+        Missing or empty file, a folder, unknown suffix, or the system refused to read.
+    """
+    if path.is_dir():
+        raise InputError(f"'{path}': expected a file, found a folder; name a file inside it")
+    if not path.exists():
+        raise InputError(f"'{path}': no such file; check the name and the folder")
+    if path.suffix.lower() not in suffixes:
+        raise InputError(
+            f"'{path}': expected a name that ends in one of {', '.join(suffixes)}, "
+            f"found '{path.suffix or path.name}'; convert the file to one of them"
+        )
+    try:
+        if path.stat().st_size == 0:
+            raise InputError(f"'{path}': expected {expected}, found an empty file; export it again")
+        yield
+    except OSError as error:
+        raise InputError(f"'{path}': cannot be read: {error.strerror or error}") from error
 
 
 def check_output(path: Path, suffixes: Collection[str]) -> None:

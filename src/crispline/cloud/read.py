@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.text import parse_table
 from crispline.errors import InputError
+from crispline.files import readable
 
 # Points and, if the file has them, normals; both shape (n, 3) and as they stand in the file.
 _Raw = tuple[NDArray[np.generic], NDArray[np.generic] | None]
@@ -33,31 +34,19 @@ def read_points(path: str | PathLike[str]) -> PointCloud:
         format, or no point with finite coordinates.
     """
     path = Path(path)
-    if path.is_dir():
-        raise InputError(f"'{path}': expected a file, found a folder; name a file inside it")
-    if not path.exists():
-        raise InputError(f"'{path}': no such file; check the name and the folder")
     suffix = path.suffix.lower()
-    if suffix not in _READERS:
-        raise InputError(
-            f"'{path}': expected a name that ends in one of {', '.join(_READERS)}, "
-            f"found '{suffix or path.name}'; convert the file to one of them"
-        )
-    try:
-        if path.stat().st_size == 0:
-            raise InputError(f"'{path}': expected points, found an empty file; export it again")
-        points, normals = _READERS[suffix](path)
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"'{path}': cannot be read: {error.strerror or error}") from error
-    except Exception as error:  # the format libraries raise anything on a damaged file
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(
-            f"'{path}': expected a {suffix[1:].upper()} file, "
-            f"found content that cannot be read as one ({reason}); "
-            "check that it is complete and its suffix right"
-        ) from error
+    with readable(path, tuple(_READERS), "points"):
+        try:
+            points, normals = _READERS[suffix](path)
+        except (InputError, OSError):
+            raise
+        except Exception as error:  # the format libraries raise anything on a damaged file
+            reason = (str(error).splitlines() or [type(error).__name__])[0]
+            raise InputError(
+                f"'{path}': expected a {suffix[1:].upper()} file, "
+                f"found content that cannot be read as one ({reason}); "
+                "check that it is complete and its suffix right"
+            ) from error
     return PointCloud.from_arrays(points, normals, source=f"'{path}'")
 
 

@@ -11,6 +11,7 @@ from crispline.errors import InputError
 from crispline.exchange.geomdl import read_json
 from crispline.exchange.grids import read_grid_npy, read_grid_pcd
 from crispline.exchange.npz import read_npz
+from crispline.files import readable
 from crispline.spline.tensor import CUBIC, TensorSpline
 from crispline.surface.base import Array
 
@@ -56,21 +57,8 @@ def read_surfaces(path: str | PathLike[str]) -> tuple[TensorSpline | Array, ...]
 def read_surface_file(path: str | PathLike[str]) -> SurfaceFile:
     """Like `read_surfaces`, with the file's unit and what was left out."""
     path = Path(path)
-    if path.is_dir():
-        raise InputError(f"'{path}': expected a file, found a folder; name a file inside it")
-    if not path.exists():
-        raise InputError(f"'{path}': no such file; check the name and the folder")
-    if path.suffix.lower() not in READ_SUFFIXES:
-        raise InputError(
-            f"'{path}': expected a name that ends in one of {', '.join(READ_SUFFIXES)}, "
-            f"found '{path.suffix or path.name}'; convert the file to one of them"
-        )
-    try:
-        if path.stat().st_size == 0:
-            raise InputError(f"'{path}': expected a surface, found an empty file; export it again")
+    with readable(path, READ_SUFFIXES, "a surface"):
         return _read(path)
-    except OSError as error:
-        raise InputError(f"'{path}': cannot be read: {error.strerror or error}") from error
 
 
 def _read(path: Path) -> SurfaceFile:
