@@ -27,7 +27,7 @@ test: check  ## the checks, then the tests
 	$(BIN)/pytest -n 2
 
 bench: venv  ## accuracy on the paper's model, speed of curvature and detection
-	$(BIN)/python benchmarks/curvature.py
+	OMP_NUM_THREADS=1 $(BIN)/python benchmarks/curvature.py
 	$(BIN)/python benchmarks/box_cylinder.py
 
 table-one: venv  ## the paper's experiment: table and rows in out/
