@@ -43,6 +43,27 @@ def readable(path: Path, suffixes: Collection[str], expected: str) -> Iterator[N
         raise InputError(f"'{path}': cannot be read: {error.strerror or error}") from error
 
 
+@contextmanager
+def decoded(path: Path, expected: str) -> Iterator[None]:
+    """Turn whatever a format library raises on a damaged file into an `InputError`.
+
+    Parameters
+    ----------
+    path : the file that the block decodes.
+    expected : what it should be, for example ``a PLY file``.
+    """
+    try:
+        yield
+    except (InputError, OSError):
+        raise
+    except Exception as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise InputError(
+            f"'{path}': expected {expected}, found content that cannot be read as one ({reason}); "
+            "check that it is complete and its suffix right"
+        ) from error
+
+
 def check_output(path: Path, suffixes: Collection[str]) -> None:
     """Refuse an output path that cannot be written, before any work is done.
 

@@ -43,30 +43,31 @@ def test_a_vertex_beside_its_edges_moves_to_where_they_meet():
     assert all(edge.curve.kind == "line" for edge in met.edges)
 
 
-def test_lines_that_miss_their_vertex_are_bent_to_it_and_only_near_it():
-    """One line of a corner lies 0.2 beside it: no place suits all three."""
-    model = brep_models.box().model
+def with_line_aside(model, distance):
+    """One line of the corner at vertex 0 moved aside: no place suits all three."""
     index = next(i for i, edge in enumerate(model.edges) if 0 in (edge.start, edge.end))
     line = model.edges[index].curve
     aside = np.cross(line.direction, [0.6, 0.48, 0.64])
-    shifted = Line(line.origin + 0.2 * aside / np.linalg.norm(aside), line.direction, line.start,
-                   line.end)  # fmt: skip
+    origin = line.origin + distance * aside / np.linalg.norm(aside)
+    shifted = Line(origin, line.direction, line.start, line.end)
     edges = list(model.edges)
     edges[index] = replace(edges[index], curve=shifted)
-    model = replace(model, edges=tuple(edges))
+    return replace(model, edges=tuple(edges)), index
+
+
+def test_lines_that_miss_their_vertex_are_bent_to_it_and_only_near_it():
+    model, index = with_line_aside(brep_models.box().model, 0.2)
     met = meet_at_vertices(model)
     assert ends_of(met).max() < 1e-9
-    bent = met.edges[index].curve
+    line, bent = model.edges[index].curve, met.edges[index].curve
     assert bent.kind == "bspline"
-    length = line.end - line.start
-    if length > 10.0:  # 5 units from the ends it is the line that it was
-        np.testing.assert_allclose(bent.samples(3)[1], shifted.samples(3)[1], atol=1e-9)
+    assert line.end - line.start > 10.0  # 5 units from the ends it is the line that it was
+    np.testing.assert_allclose(bent.samples(3)[1], line.samples(3)[1], atol=1e-9)
     check = check_shape(build_shape(model).shape)
     assert check.is_good
     assert check.edge_tolerance == pytest.approx(0.2, abs=0.05)
 
 
 def test_an_edge_far_from_its_vertex_is_left_alone():
-    model = with_vertex_moved(brep_models.fillet().model, 0, np.array([50.0, 0.0, 0.0]))
-    lost = [edge for edge in meet_at_vertices(model).edges if edge.curve.kind == "bspline"]
-    assert lost == [edge for edge in model.edges if edge.curve.kind == "bspline"]
+    model, index = with_line_aside(brep_models.box().model, 4.0)
+    assert meet_at_vertices(model).edges[index] is model.edges[index]

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.text import parse_table
-from crispline.errors import InputError
-from crispline.files import readable
+from crispline.files import decoded, readable
 
 # Points and, if the file has them, normals; both shape (n, 3) and as they stand in the file.
 _Raw = tuple[NDArray[np.generic], NDArray[np.generic] | None]
@@ -35,18 +34,11 @@ def read_points(path: str | PathLike[str]) -> PointCloud:
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    with readable(path, tuple(_READERS), "points"):
-        try:
-            points, normals = _READERS[suffix](path)
-        except (InputError, OSError):
-            raise
-        except Exception as error:  # the format libraries raise anything on a damaged file
-            reason = (str(error).splitlines() or [type(error).__name__])[0]
-            raise InputError(
-                f"'{path}': expected a {suffix[1:].upper()} file, "
-                f"found content that cannot be read as one ({reason}); "
-                "check that it is complete and its suffix right"
-            ) from error
+    with (
+        readable(path, tuple(_READERS), "points"),
+        decoded(path, f"a {suffix[1:].upper()} file"),
+    ):
+        points, normals = _READERS[suffix](path)
     return PointCloud.from_arrays(points, normals, source=f"'{path}'")
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from crispline.errors import InputError
+from crispline.files import decoded
 from crispline.spline.checked import checked_grid
 from crispline.surface.base import Array
 
@@ -45,17 +46,9 @@ def read_grid_pcd(path: Path) -> Array:
     """
     from pypcd4.pypcd4 import PointCloud
 
-    try:
+    with decoded(path, "a PCD file with x, y and z"):
         content = PointCloud.from_path(path)
         points = content.numpy(("x", "y", "z"))
-    except OSError:
-        raise
-    except Exception as error:  # the format library raises anything on a damaged file
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(
-            f"'{path}': expected a PCD file with x, y and z, found content that cannot be read as "
-            f"one ({reason}); check that it is complete"
-        ) from error
     rows, columns = content.metadata.height, content.metadata.width
     if rows < 2 or rows * columns != len(points):
         raise InputError(
