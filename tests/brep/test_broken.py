@@ -158,3 +158,12 @@ def test_inside_out_solid_is_reported():
     check = check_shape(shape)
     assert not check.is_good
     assert "inside out" in check.problems[0]
+
+
+def test_a_face_that_one_of_two_meshes_does_not_fill_is_found():
+    shape = build_shape(brep_models.box().model).shape
+    whole = tessellate(shape, 0.01)
+    kept = whole.faces != 2
+    partial = replace(whole, triangles=whole.triangles[kept], faces=whole.faces[kept])
+    assert check_module._vanishes([whole, whole], 6).tolist() == [False] * 6
+    assert np.flatnonzero(check_module._vanishes([whole, partial], 6)).tolist() == [2]
