@@ -45,7 +45,7 @@ class Detection:
     noise: Noise
 
 
-def curvature(surface: Surface) -> Curvature:
+def curvature(surface: Surface | Lattice) -> Curvature:
     """Mean curvature of every patch at its centre, and the patch's size.
 
     Parameters
@@ -54,10 +54,10 @@ def curvature(surface: Surface) -> Curvature:
         bicubic surface, one patch a cell; or a B-spline surface, one patch a knot span.
     """
     lattice = as_lattice(surface)
-    if not isinstance(surface, TensorSpline):
+    if not isinstance(lattice.given, TensorSpline):
         found = grid_curvature(lattice.points, lattice.is_valid)
         return Curvature(found.mean / lattice.spacing, found.size * lattice.spacing)
-    centres = surface_centres(surface, lattice.u, lattice.v)
+    centres = surface_centres(lattice.given, lattice.u, lattice.v)
     return Curvature(mean_curvature(centres), centres.size)
 
 

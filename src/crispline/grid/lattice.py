@@ -34,8 +34,7 @@ class Lattice:
     u, v : parameters of rows and columns, shapes ``(m,)`` and ``(n,)``.
     spacing : root of the mean area of a cell, in the input's unit.
     origin : in the input's unit, shape ``(3,)``.
-    is_measured : whether the points are data. Else they are samples of a given
-        surface, which is rounded within two spans of a sharp feature.
+    given : the organised points or the surface that it was made of.
     """
 
     points: Array
@@ -44,7 +43,16 @@ class Lattice:
     v: Array
     spacing: float
     origin: Array
-    is_measured: bool
+    given: TensorSpline | Array
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether the points are data.
+
+        Else they are samples of a given surface, which is rounded within two spans of
+        a sharp feature.
+        """
+        return not isinstance(self.given, TensorSpline)
 
     @property
     def has_patch(self) -> Mask:
@@ -112,7 +120,7 @@ def lattice_of_points(points: Array) -> Lattice:
             "look at how invalid pixels are marked"
         )
     u, v = np.arange(float(m)), np.arange(float(n))
-    return _normalised(points, is_valid, u, v, is_measured=True)
+    return _normalised(points, is_valid, u, v, points)
 
 
 def lattice_of_surface(surface: TensorSpline) -> Lattice:
@@ -134,14 +142,16 @@ def lattice_of_surface(surface: TensorSpline) -> Lattice:
     grid_u, grid_v = np.meshgrid(u, v, indexing="ij")
     points = surface.evaluate(grid_u.ravel(), grid_v.ravel()).reshape(len(u), len(v), 3)
     is_valid = _finite(points)
-    return _normalised(points, is_valid, u, v, is_measured=False)
+    return _normalised(points, is_valid, u, v, surface)
 
 
 def _finite(points: Array) -> Mask:
     return np.asarray(np.isfinite(points).all(axis=2))
 
 
-def _normalised(points: Array, is_valid: Mask, u: Array, v: Array, is_measured: bool) -> Lattice:
+def _normalised(
+    points: Array, is_valid: Mask, u: Array, v: Array, given: TensorSpline | Array
+) -> Lattice:
     ok = is_valid[:-1, :-1] & is_valid[1:, :-1] & is_valid[:-1, 1:] & is_valid[1:, 1:]
     if not ok.any():
         raise InputError(
@@ -162,7 +172,7 @@ def _normalised(points: Array, is_valid: Mask, u: Array, v: Array, is_measured: 
     local /= spacing
     if len(known) < is_valid.size:
         local[~is_valid] = 0.0
-    return Lattice(local, is_valid, u, v, spacing, origin, is_measured)
+    return Lattice(local, is_valid, u, v, spacing, origin, given)
 
 
 def _spacing(points: Array, ok: Mask) -> float:

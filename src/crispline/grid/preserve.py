@@ -10,7 +10,7 @@ from scipy.interpolate import make_interp_spline
 
 from crispline.grid.centres import grid_centres, surface_centres
 from crispline.grid.cut import cut_net
-from crispline.grid.lattice import Lattice, Surface, as_grid, as_lattice
+from crispline.grid.lattice import Lattice, Surface, as_lattice
 from crispline.grid.locate import Located
 from crispline.grid.tensor import creased_along
 from crispline.options import SharpenOptions
@@ -20,7 +20,7 @@ from crispline.surface.base import Array
 
 
 def preserve(
-    surface: Surface, located: Located, options: SharpenOptions | None = None
+    surface: Surface | Lattice, located: Located, options: SharpenOptions | None = None
 ) -> TensorSpline | PolygonNet:
     """The surface with the located edges and corners in it.
 
@@ -42,25 +42,26 @@ def preserve(
     is_whole = bool(lattice.has_patch.all())
     has_edges = bool(len(located.crossings.axis)) or located.lines is not None
     if is_whole and (located.lines is not None or not has_edges):
-        plain = surface if isinstance(surface, TensorSpline) else spline_over_grid(as_grid(surface))
+        given = lattice.given
+        plain = given if isinstance(given, TensorSpline) else spline_over_grid(given)
         return creased_along(plain, located.lines or (), located.corners, lattice, options.repeat)
     net = lattice.points if lattice.is_measured else _control_net(lattice, located)
     cut = cut_net(net, lattice.has_patch, located.crossings, located.corners, options.repeat == 3)
     return replace(cut, vertices=lattice.to_input(cut.vertices))
 
 
-def resampling_error(surface: Surface, located: Located) -> float:
+def resampling_error(surface: Surface | Lattice, located: Located) -> float:
     """Largest distance between a given surface and the uniform net it is brought to.
 
     At the middles of the patches that are farther than four patches from an edge, in
     the surface's unit; 0 where the surface stays what it is.
     """
     lattice = as_lattice(surface)
-    if not isinstance(surface, TensorSpline) or located.lines is not None:
+    if not isinstance(lattice.given, TensorSpline) or located.lines is not None:
         return 0.0
     if not len(located.crossings.axis):
         return 0.0
-    given = surface_centres(surface, lattice.u, lattice.v).point
+    given = surface_centres(lattice.given, lattice.u, lattice.v).point
     net = lattice.to_input(_control_net(lattice, located))
     away = np.linalg.norm(grid_centres(net).point - given, axis=2)
     near = ndimage.binary_dilation(located.is_sharp, np.ones((3, 3), dtype=bool), iterations=4)

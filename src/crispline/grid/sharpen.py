@@ -138,10 +138,10 @@ def sharpen(surface: Surface, options: SharpenOptions | None = None) -> Sharpene
     """
     options = options or SharpenOptions()
     lattice = as_lattice(surface)
-    bend = curvature(surface)
+    bend = curvature(lattice)
     detection = detect(lattice, bend, options)
     located = locate(lattice, detection, options)
-    result = preserve(surface, located, options)
+    result = preserve(lattice, located, options)
     if located.lines is not None:
         edges = [line.points for line in located.lines]
     else:
@@ -160,5 +160,5 @@ def sharpen(surface: Surface, options: SharpenOptions | None = None) -> Sharpene
         noise=detection.noise.normal * lattice.spacing,
         eps=detection.threshold / lattice.spacing,
         rule=options.rule,
-        resampling_error=resampling_error(surface, located),
+        resampling_error=resampling_error(lattice, located),
     )
