@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: help venv demo check test bench table-one pictures example clean
+.PHONY: check-cad help venv demo check test bench bench-parts bench-parts-quick table-one pictures example clean
 
 help:  ## show the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -29,6 +29,15 @@ test: check  ## the checks, then the tests
 bench: venv  ## accuracy on the paper's model, speed of curvature and detection
 	OMP_NUM_THREADS=1 $(BIN)/python benchmarks/curvature.py
 	$(BIN)/python benchmarks/box_cylinder.py
+
+bench-parts: venv  ## whole program over modelled parts (and truths in CRISPLINE_TRUTH); hours
+	$(BIN)/python benchmarks/parts_table.py --markdown docs/parts-table.md
+
+bench-parts-quick: venv  ## the same at 12,000 points and one noise level
+	$(BIN)/python benchmarks/parts_table.py --points 12000 --noise 0.001
+
+check-cad: venv  ## whether FreeCAD, gmsh and openNURBS, where installed, read the solids
+	$(BIN)/python benchmarks/check_cad.py
 
 table-one: venv  ## the paper's experiment: table and rows in out/
 	@mkdir -p out

@@ -14,12 +14,15 @@ from click.testing import CliRunner
 
 import crispline
 from crispline import cli, shapes
+from crispline.brep.units import MILLIMETRES
 from crispline.cloud.read import read_points
 from crispline.cloud.write import WRITE_SUFFIXES
+from crispline.curve import Line
 from crispline.errors import InputError, ReconstructionError
+from crispline.exchange.edges import EDGE_SUFFIXES, write_edges
+from crispline.exchange.models import MODEL_SUFFIXES, SHAPE_SUFFIXES
 from crispline.exchange.write import WRITE_SUFFIXES as SURFACE_SUFFIXES
 from crispline.files import write_text
-from crispline.report.edges import EDGE_SUFFIXES
 
 
 def run(*arguments):
@@ -38,14 +41,17 @@ def one_error(outcome) -> str:
 # --- a stand-in for the pipeline ----------------------------------------------------------
 
 
+SPAN = Line(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.0, 5.0)
+
+
 @dataclass
 class FakeResult:
     valid: bool = True
     spacing: float = 1.0
     noise: float = 0.1
     edges: tuple = (
-        SimpleNamespace(points=np.eye(3), angle_deg=90.0, is_sharp=True),
-        SimpleNamespace(points=-np.eye(3), angle_deg=2.0, is_sharp=False),
+        SimpleNamespace(curve=SPAN, points=SPAN.samples(2), angle_deg=90.0, is_sharp=True),
+        SimpleNamespace(curve=SPAN, points=SPAN.samples(2), angle_deg=2.0, is_sharp=False),
     )
     corners: np.ndarray = field(default_factory=lambda: np.zeros((1, 3)))
 
@@ -63,10 +69,18 @@ class FakeResult:
             "warnings": [],
         }
 
-    def write(self, path: Path):
+    def write(self, path: Path, unit: str, tolerance: float | None):
         if not self.valid:
             raise ReconstructionError("the shell is open at region 3")
-        write_text(path, "ISO-10303-21;")
+        write_text(path, f"{path.suffix} {unit} {tolerance}")
+
+    def require(self, tolerance: float):
+        if tolerance < 0.5:
+            raise ReconstructionError(f"face 3 misses the tolerance of {tolerance:g}", self)
+
+    def write_edges(self, path: Path, unit: str):
+        sharp = [edge for edge in self.edges if edge.is_sharp]
+        write_edges(path, sharp, self.corners, spacing=1.0, noise=0.1, unit=unit)
 
 
 class FakePipeline(ModuleType):
@@ -103,7 +117,7 @@ def cloud(tmp_path):
 # --- help and imports ---------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", [(), ("reconstruct",), ("detect",), ("sample",)])
+@pytest.mark.parametrize("command", [(), *((name,) for name in sorted(cli.main.commands))])
 def test_help(command):
     outcome = run(*command, "--help")
     assert outcome.exit_code == 0
@@ -128,6 +142,9 @@ def test_names_repeated_for_a_fast_help_are_the_real_ones():
     assert cli.experiments.SAMPLINGS == shapes.SAMPLINGS
     assert cli.experiments.CLOUDS_OUT == WRITE_SUFFIXES
     assert cli.clouds.EDGES_OUT == EDGE_SUFFIXES
+    assert set(cli.clouds.MODELS_OUT) == set(MODEL_SUFFIXES)
+    assert set(cli.convert.MODELS_IN) == set(SHAPE_SUFFIXES)
+    assert set(cli.parameters.UNITS) == set(MILLIMETRES)
     assert cli.surfaces.SURFACES_OUT == SURFACE_SUFFIXES
 
 
@@ -181,7 +198,7 @@ def test_the_bundled_scan_is_the_one_that_the_command_makes(tmp_path):
     ("arguments", "message"),
     [
         (["sample", "teapot", "-o", "{}/a.ply"], "teapot"),
-        (["sample", "bracket", "-o", "{}/a.docx"], "ends in .ply or .xyz or .npy"),
+        (["sample", "bracket", "-o", "{}/a.docx"], "ends in .csv or .las"),
         (["sample", "bracket"], "Missing option '-o'"),
         (["sample", "bracket", "--noise", "loud", "-o", "{}/a.ply"], "0.02 or 2%, got 'loud'"),
         (["sample", "bracket", "--noise", "-1%", "-o", "{}/a.ply"], "got '-1%'"),
@@ -191,7 +208,7 @@ def test_the_bundled_scan_is_the_one_that_the_command_makes(tmp_path):
         (["sample", "bracket", "-o", "{}/none/a.ply"], "does not exist"),
         (["reconstruct", "{}/cloud.npy"], "Missing option '-o'"),
         (["reconstruct", "-o", "{}/a.step"], "Missing argument 'CLOUD'"),
-        (["reconstruct", "{}/cloud.npy", "-o", "{}/a.stl"], "ends in .step or .stp"),
+        (["reconstruct", "{}/cloud.npy", "-o", "{}/a.docx"], "ends in .brep or"),
         (["reconstruct", "{}/cloud.npy", "-o", "{}/none/a.step"], "does not exist"),
         (["reconstruct", "{}/cloud.npy", "-o", "{}/folder.step"], "it is a folder"),
         (
@@ -200,7 +217,8 @@ def test_the_bundled_scan_is_the_one_that_the_command_makes(tmp_path):
         ),
         (["reconstruct", "{}/cloud.npy", "-o", "{}/a.step", "--seed", "-1"], "--seed"),
         (["reconstruct", "{}/cloud.npy", "-o", "{}/a.step", "--threads", "two"], "--threads"),
-        (["detect", "{}/cloud.npy", "-o", "{}/a.step"], "ends in .json or .obj"),
+        (["detect", "{}/cloud.npy", "-o", "{}/a.ply"], "ends in .dxf or .json or .obj"),
+        (["reconstruct", "{}/cloud.npy", "-o", "{}/a.step", "--units", "ell"], "--units"),
         (["detect", "{}/cloud.npy", "-o", "{}/a.json", "--fast"], "--fast"),
     ],
 )
@@ -276,6 +294,28 @@ def test_a_model_that_is_not_valid_is_not_written(tmp_path, pipeline, cloud):
     assert "open at region 3" in one_error(outcome)
     assert not step.exists()
     assert json.loads(summary.read_text())["noise"] == 0.1
+
+
+@pytest.mark.parametrize(("tolerance", "code"), [(0.6, 0), (0.1, 3)])
+def test_a_model_that_misses_the_tolerance_is_written_all_the_same(
+    tmp_path, pipeline, cloud, tolerance, code
+):
+    step, summary = tmp_path / "a.step", tmp_path / "s.json"
+    outcome = run("reconstruct", cloud, "-o", step, "--tolerance", tolerance, "--summary", summary)
+    assert outcome.exit_code == code
+    assert step.exists()
+    assert json.loads(summary.read_text())["valid"] is True
+    if code:
+        assert one_error(outcome) == "Error: face 3 misses the tolerance of 0.1"
+
+
+def test_several_outputs_in_the_unit_of_the_cloud(tmp_path, pipeline, cloud):
+    files = [tmp_path / f"a{suffix}" for suffix in (".step", ".stl", ".json")]
+    outputs = [word for file in files for word in ("-o", file)]
+    outcome = run("reconstruct", cloud, *outputs, "--units", "m", "--edges", tmp_path / "e.json")
+    assert outcome.exit_code == 0, outcome.output
+    assert [file.read_text() for file in files] == [f"{file.suffix} m None" for file in files]
+    assert json.loads((tmp_path / "e.json").read_text())["unit"] == "m"
 
 
 @pytest.mark.parametrize("suffix", EDGE_SUFFIXES)

@@ -1,6 +1,7 @@
 """What a result reports: a box built by hand, in the user's units."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -135,6 +136,48 @@ def test_failure_names_the_faces_their_places_and_the_reasons(result):
     stray = replace(check, is_closed=True, problems=())
     content = replace(result, solid=replace(result.solid, check=stray)).summary()
     assert (content["valid"], content["closed"]) == (False, True)
+
+
+def test_a_certificate_holds_the_whole_cloud_against_the_shape_as_written(result):
+    stream = np.random.default_rng(0)
+    on_top = np.column_stack([stream.uniform(-9.0, 9.0, (300, 2)), np.full(300, HALF)])
+    on_side = on_top[:, [2, 0, 1]] + [0.3, 0.0, 0.0]
+    sunk = on_top[:5, [1, 2, 0]] * [0.5, 0.8, 0.5]  # too few to be held against their face
+    certified = result.certified(np.vstack([on_top, on_side, sunk]), noise=0.05)
+    by_face = {tuple(np.round(f.parameters["normal"])): f for f in certified.faces}
+    top, side, back = (by_face[normal] for normal in ((0, 0, 1), (1, 0, 0), (0, 1, 0)))
+    assert (top.n_points, side.n_points, back.n_points) == (300, 300, 5)
+    assert (top.rms, top.explained) == (pytest.approx(0.0, abs=1e-9), 1.0)
+    assert [side.rms, side.p95, side.max, side.mean] == pytest.approx([0.3] * 4)
+    assert (back.mean, side.explained) == (pytest.approx(-2.0), 0.0)
+    assert by_face[(-1, 0, 0)].n_points == 0
+    content = json.loads(json.dumps(certified.summary(), allow_nan=False))
+    assert content["residuals"]["explained"] == pytest.approx(300 / 605)
+    assert sorted(face["n_points"] for face in content["faces"]) == [0, 0, 0, 5, 300, 300]
+    name = f"face {certified.faces.index(side)} (plane)"
+    assert certified.verdict.startswith("explains 49.6 % of the points within 3 sigma (0.15); p95")
+    assert f"worst {name}: p95 0.3 (" in certified.verdict
+    certified.require(0.31)
+    with pytest.raises(ReconstructionError, match=re.escape(f"points of {name} lie within 0.3 ")):
+        certified.require(0.29)
+
+
+def test_nothing_is_certified_without_a_model(result):
+    bare = replace(result, solid=None)
+    assert bare.verdict == "not measured: no valid model was built"
+    with pytest.raises(ReconstructionError, match="no valid model"):
+        bare.require(1.0)
+    with pytest.raises(ReconstructionError, match="no solid was built"):
+        bare.deviations(np.zeros((1, 3)))
+
+
+def test_deviations_and_mesh_are_in_the_unit_of_the_user(result):
+    found = result.deviations(np.array([[0.0, 0.0, HALF + 1.0], [HALF - 0.5, 0.0, 0.0]]))
+    assert found.distance == pytest.approx([1.0, -0.5])
+    mesh = result.to_mesh(0.1)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(8000.0)
+    assert np.unique(mesh.face_attributes["face"]).tolist() == list(range(6))
 
 
 def test_stopwatch_times_stages_and_tells_progress():

@@ -53,6 +53,8 @@ class Face:
     points : raw points that the face explains, shape ``(k, 3)``.
     residuals : their signed distances to the surface, shape ``(k,)``.
     region : label of the region that the face came from.
+    is_patch : whether it is a whole B-spline surface whose borders are parameter lines, run
+        through at constant speed; see :mod:`crispline.sharp.patched`.
     """
 
     surface: Surface
@@ -61,6 +63,7 @@ class Face:
     points: Array
     residuals: Array
     region: int
+    is_patch: bool = False
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+Surface = Literal["auto", "open", "closed"]
+
 
 @dataclass(frozen=True)
 class CloudOptions:
     """Points in."""
 
     outlier_factor: float = 2.0
-    """A point is an outlier if its mean distance to 8 neighbours is this many times the median."""
+    """A point is an outlier if its mean distance to 8 neighbours is this many times the median of
+    its 24 neighbours', or that of the whole cloud ..."""
+    outlier_scatter: float = 0.08
+    """... and the points round it scatter: smallest share of a principal component."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,13 @@ class NetOptions:
     """Edge length of the quads, in spacings; the next is tried if a net comes out open."""
     projection_steps: tuple[int, int] = (3, 4)
     """Projection steps onto the cloud before and after quad meshing."""
+    surface: Surface = "auto"
+    """Whether the surface closes over what the scan left out; ``auto``: closed if every gap is
+    narrower than ``fill_holes``."""
+    fill_holes: float = 6.0
+    """Widest gap in the scan that is closed on an open surface, in spacings."""
+    min_piece: int = 100
+    """A separate piece of surface needs as many points as this, or it is left out."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +124,8 @@ class FitOptions:
     """... and its 30-neighbour mean residual is below this many sigma / sqrt(30)."""
     tolerance: float = 0.02
     """Slack added to both acceptance tests, in spacings."""
+    regularize: bool = True
+    """Make surfaces parallel, perpendicular, coaxial, equal in radius where noise explains it."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +148,14 @@ class LocateOptions:
     """Largest distance of any point of a crease from the cloud, in spacings."""
     curve_tolerance: float = 1e-5
     """Interpolated crease curves agree with both surfaces within this, in spacings."""
+    rim_raggedness: float = 1.0
+    """How far the end of the points may stray from a straight or round rim, in spacings."""
+    settle_move: float = 0.75
+    """Vertices of the net this near to the surface of their region are moved onto it, in
+    spacings."""
+    preserve_move: float = 1.5
+    """An edge farther than this from its side of the net is not put into the bicubic surface, in
+    spacings: the patches beside it would fold over."""
     collapse_length: float = 6.0
     """Chains shorter than this may collapse to a corner, in spacings ..."""
     collapse_distance: float = 0.35
@@ -178,6 +200,8 @@ class Options:
     seed: int = 0
     threads: int = 0
     """Threads for neighbour queries and transforms; 0 means all cores. Never changes the result."""
+    model: Literal["auto", "trimmed", "patches"] = "auto"
+    """``trimmed`` faces, bicubic ``patches``, or the first of trimmed, mixed, patches that holds."""
     cloud: CloudOptions = field(default_factory=CloudOptions)
     net: NetOptions = field(default_factory=NetOptions)
     detect: DetectOptions = field(default_factory=DetectOptions)

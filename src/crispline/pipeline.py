@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from numpy.typing import ArrayLike
-
-from crispline.brep.compose import make_solid
+from crispline.brep.ladder import Ladder
 from crispline.cloud.pointcloud import PointCloud
-from crispline.cloud.working import WorkingCloud, working_cloud
+from crispline.cloud.thin import thin_walls
+from crispline.cloud.working import working_cloud
 from crispline.errors import ReconstructionError
 from crispline.net.halfedge import half_edges
 from crispline.net.orientation import oriented_normals
@@ -22,19 +21,22 @@ from crispline.result import Reconstruction, failure
 from crispline.sharp.curvature import curvature
 from crispline.sharp.detect import detect as detect_sharp
 from crispline.sharp.locate import locate
+from crispline.sharp.patched import LabelledNet
 from crispline.sharp.preserve import preserve
+from crispline.sharp.settle import settled
 from crispline.spline.catmull_clark import patch_centres
 from crispline.stopwatch import Progress, Stopwatch
 
 
 def reconstruct(
-    cloud: PointCloud | ArrayLike, options: Options | None = None, progress: Progress | None = None
+    cloud: object, options: Options | None = None, progress: Progress | None = None
 ) -> Reconstruction:
     """Point cloud to checked B-rep model with sharp edges.
 
     Parameters
     ----------
-    cloud : unorganised points on the surface of a part; an array has shape ``(n, 3)``.
+    cloud : unorganised points on the surface of a part: an array of shape ``(n, 3)``, a
+        file name, or what else `PointCloud.from_any` takes.
     options : see :class:`crispline.options.Options`.
     progress : called with the name of each stage and the share of the run done.
 
@@ -52,16 +54,25 @@ def reconstruct(
         if found.opening:
             raise ReconstructionError(found.opening, found.result)
         watch.stage("solid", 0.85)
-        points = found.cloud.to_user.points(found.cloud.points)
-        solid = make_solid(found.result.model, points, found.cloud.spacing)
-    result = replace(found.result, solid=solid, timings=watch.stop())
+        made = found.ladder.climb(options.model)
+        result = replace(
+            found.result,
+            model=made.model,
+            solid=made.solid,
+            warnings=(*found.result.warnings, *made.warnings),
+        )
+        if result.valid:
+            watch.stage("certificate", 0.95)
+            sigma = max(result.noise, options.fit.sigma_floor * result.spacing)
+            result = result.certified(found.ladder.points, sigma)
+    result = replace(result, timings=watch.stop())
     if not result.valid:
         raise ReconstructionError(failure(result), result)
     return result
 
 
 def detect(
-    cloud: PointCloud | ArrayLike, options: Options | None = None, progress: Progress | None = None
+    cloud: object, options: Options | None = None, progress: Progress | None = None
 ) -> Reconstruction:
     """Sharp edges and corners of a point cloud, without a solid; see :func:`reconstruct`."""
     watch = Stopwatch(progress)
@@ -72,20 +83,21 @@ def detect(
 
 @dataclass(frozen=True)
 class _Features:
-    """The clean cloud, the result as far as edges and corners, and where the net is open."""
+    """What a model is made from, the result as far as edges and corners, where the net is open."""
 
-    cloud: WorkingCloud
+    ladder: Ladder
     result: Reconstruction
     opening: str
 
 
-def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch) -> _Features:
+def _features(points: object, options: Options, watch: Stopwatch) -> _Features:
     """Everything up to the located edges and corners."""
     threads = options.threads or -1
-    given = points if isinstance(points, PointCloud) else PointCloud.from_arrays(points)
+    given = PointCloud.from_any(points)
     watch.stage("cloud", 0.0)
     cloud = working_cloud(given.points, options.cloud, threads)
     watch.stage("normals", 0.05)
+    walls = thin_walls(cloud).sentence(cloud)
     normals, _ = oriented_normals(cloud, options.net, threads)
     watch.stage("net", 0.1)
     net = quad_net(cloud, normals, options.net, threads)
@@ -105,8 +117,11 @@ def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch
     watch.stage("edges", 0.8)
     topology = border_topology(quads, regions.label)
     located = locate(topology, net.vertices, regions.fits, cloud.tree, sigma, options.locate)
-    patches = preserve(net, located.topology, located.model)
-    opening = quads.opening(cloud.to_user.points(net.vertices))
+    smooth = settled(net, regions.label, regions.fits, options.locate.settle_move)
+    patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
+    places = cloud.to_user.points(net.vertices)
+    opening = "" if net.is_open else quads.opening(places)
+    rims = (quads.rims(places),) if net.is_open and not quads.is_closed else ()
     result = Reconstruction(
         model=located.model.transformed(cloud.to_user),
         patches=replace(patches, vertices=cloud.to_user.points(patches.vertices)),
@@ -114,8 +129,20 @@ def _features(points: PointCloud | ArrayLike, options: Options, watch: Stopwatch
         noise=cloud.sigma * cloud.spacing,
         warnings=(
             *cloud.warnings(given.n_dropped),
-            *([opening] if opening else []),
+            *([walls] if walls else []),
+            *net.notes,
+            *([opening] if opening else rims),
             *(d.sentence(cloud.to_user) for d in located.doubts),
         ),
+        patch_kinds=detection.kinds(),
+        plain_vertices=cloud.to_user.points(net.vertices),
     )
-    return _Features(cloud, result, opening)
+    ladder = Ladder(
+        located.model,
+        LabelledNet(smooth, regions.label, located.topology),
+        patches,
+        cloud.to_user,
+        cloud.to_user.points(cloud.points),
+        options.locate.preserve_move,
+    )
+    return _Features(ladder, result, opening)

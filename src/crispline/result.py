@@ -3,67 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from crispline.brep.certificate import N_SIGMAS, Certificate, certify, residuals
 from crispline.brep.compose import Solid
-from crispline.brep.measure import face_areas
-from crispline.brep.step import write_step
+from crispline.brep.distance import Deviations, deviations
+from crispline.brep.measure import face_areas, tessellate
 from crispline.errors import ReconstructionError
-from crispline.model import Edge, Face, Model
+from crispline.exchange.edges import write_edges
+from crispline.exchange.models import write_model
+from crispline.findings import EdgeReport, FaceReport, corner_vertices, edge_report, numbers
+from crispline.model import Model
 from crispline.spline.creased import CreasedNet
 from crispline.surface.base import Array
 
-_KINK_DEG = 30.0  # two sharp edges that meet at a larger turn form a corner
-
-
-@dataclass(frozen=True)
-class EdgeReport:
-    """One edge of the model, in the user's units.
-
-    Attributes
-    ----------
-    points : polyline along the edge, shape ``(k, 3)``; a closed edge ends where it starts.
-    kind : ``line``, ``circle`` or ``bspline``.
-    angle_deg : angle between the outward normals of its two faces.
-    length : arc length.
-    is_sharp : False where the two faces are tangent.
-    faces : the faces on its left and right, -1 for none.
-    gap : largest distance of the curve from the two surfaces.
-    """
-
-    points: Array
-    kind: str
-    angle_deg: float
-    length: float
-    is_sharp: bool
-    faces: tuple[int, int]
-    gap: float
-
-
-@dataclass(frozen=True)
-class FaceReport:
-    """One face of the model with its residuals, in the user's units.
-
-    Attributes
-    ----------
-    kind, parameters : the surface; lengths, points and unit directions, angles in degrees.
-    area : of the trimmed face; NaN if no solid was built.
-    n_points : raw points that the face was fitted to.
-    rms, p95, max, mean : of their signed distances to the surface (p95 and max of the size).
-    """
-
-    kind: str
-    parameters: Mapping[str, float | list[float]]
-    area: float
-    n_points: int
-    rms: float
-    p95: float
-    max: float
-    mean: float
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 
 @dataclass(frozen=True)
@@ -77,8 +38,12 @@ class Reconstruction:
     spacing : mean distance between neighbouring points.
     noise : standard deviation of the points along the surface normal.
     solid : the shape and the evidence for it, or None if none was built.
+    certificate : residuals of the whole cloud on the model as written; None without a valid one.
     timings : seconds per stage.
     warnings : sentences for the user.
+    patch_kinds : 0 flat, 1 curved, 2 sharp, of every quad of ``patches``; empty if unknown.
+    plain_vertices : control points of the plain surface, before ``patches`` was sharpened,
+        shape ``(n, 3)``; empty if unknown.
     """
 
     model: Model
@@ -86,8 +51,11 @@ class Reconstruction:
     spacing: float
     noise: float
     solid: Solid | None = None
+    certificate: Certificate | None = None
     timings: Mapping[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    patch_kinds: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
+    plain_vertices: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
     def valid(self) -> bool:
@@ -102,7 +70,7 @@ class Reconstruction:
     @property
     def edges(self) -> tuple[EdgeReport, ...]:
         """Every edge, sharp and tangent."""
-        return tuple(_edge_report(edge, self.spacing) for edge in self.model.edges)
+        return tuple(edge_report(edge, self.spacing) for edge in self.model.edges)
 
     @property
     def faces(self) -> tuple[FaceReport, ...]:
@@ -110,27 +78,169 @@ class Reconstruction:
         areas = np.full(len(self.model.faces), np.nan)
         if self.solid is not None and -1 not in self.solid.face_order:
             areas[list(self.solid.face_order)] = face_areas(self.solid.shape)
+        measured = [residuals(face.residuals, N_SIGMAS * self.noise) for face in self.model.faces]
+        if self.solid is not None and self.certificate is not None:
+            for index, found in zip(self.solid.face_order, self.certificate.faces, strict=True):
+                if index >= 0:
+                    measured[index] = found
         return tuple(
-            _face_report(face, float(area))
-            for face, area in zip(self.model.faces, areas, strict=True)
+            FaceReport(face.surface.kind, face.surface.parameters(), float(area), **vars(found))
+            for face, area, found in zip(self.model.faces, areas, measured, strict=True)
         )
 
-    @property
-    def corners(self) -> Array:
-        """Points where three sharp edges meet, or two at an angle, shape ``(c, 3)``."""
-        return self.model.vertices[_corner_vertices(self.model)]
-
-    def write(self, path: str | PathLike[str]) -> None:
-        """Write the model as STEP, whole or not at all.
+    def certified(self, points: Array, noise: float) -> Reconstruction:
+        """The result with the residuals of a cloud; see :func:`crispline.brep.certificate.certify`.
 
         Raises
         ------
         ReconstructionError
+            If no shape was built.
+        """
+        certificate = certify(self._shape(), points, self.spacing, noise)
+        return replace(self, certificate=certificate)
+
+    @property
+    def verdict(self) -> str:
+        """How well the model explains the cloud, in words."""
+        if self.certificate is None:
+            return "not measured: no valid model was built"
+        whole, worst = self.certificate.whole, self.certificate.worst_face
+        words = (
+            f"explains {100.0 * whole.explained:.1f} % of the points within "
+            f"{N_SIGMAS:g} sigma ({N_SIGMAS * self.certificate.noise:.3g}); "
+            f"p95 {whole.p95:.3g} ({whole.p95 / self.spacing:.2f} spacings)"
+        )
+        if worst is None:
+            return words
+        p95 = self.certificate.faces[worst].p95
+        return (
+            f"{words}; worst {self._face_name(worst)}: p95 {p95:.3g} "
+            f"({p95 / self.spacing:.2f} spacings)"
+        )
+
+    def require(self, tolerance: float) -> None:
+        """Refuse a model with a face whose p95 is above a tolerance, in the user's unit.
+
+        Faces with fewer than ``certificate.MIN_POINTS`` points are not judged.
+
+        Raises
+        ------
+        ReconstructionError
+            A face misses the tolerance, or there is no valid model.
+        """
+        if self.certificate is None:
+            raise ReconstructionError("there is no valid model to hold against a tolerance", self)
+        worst = self.certificate.worst_face
+        p95 = self.certificate.whole.p95 if worst is None else self.certificate.faces[worst].p95
+        if p95 > tolerance:
+            where = "the model" if worst is None else self._face_name(worst)
+            raise ReconstructionError(
+                f"the model is valid, but misses the tolerance of {tolerance:g}: 95 % of the "
+                f"points of {where} lie within {p95:.4g} only; scan it with less noise, or allow "
+                "more",
+                self,
+            )
+
+    def _face_name(self, index: int) -> str:
+        """A face of the shape in words: its number in the tables if it is one of the model's."""
+        owner = -1 if self.solid is None else self.solid.face_order[index]
+        if owner < 0:
+            return f"patch {index} of the shape"
+        return f"face {owner} ({self.model.faces[owner].surface.kind})"
+
+    @property
+    def corners(self) -> Array:
+        """Points where three sharp edges meet, or two at an angle, shape ``(c, 3)``."""
+        return self.model.vertices[corner_vertices(self.model)]
+
+    def deviations(self, points: Array) -> Deviations:
+        """Signed distances of points to the model, in the user's unit.
+
+        Parameters
+        ----------
+        points : shape ``(n, 3)``, for example the cloud.
+
+        Raises
+        ------
+        ReconstructionError
+            If no shape was built.
+        """
+        return deviations(self._shape(), points, self.spacing)
+
+    def to_mesh(self, tolerance: float | None = None) -> Trimesh:
+        """The model as triangles; ``face_attributes["face"]`` tells which face each is from.
+
+        Parameters
+        ----------
+        tolerance : largest distance between the model and the triangles, in the user's
+            unit; None for a tenth of the spacing.
+
+        Raises
+        ------
+        ReconstructionError
+            If no shape was built.
+        """
+        from trimesh import Trimesh
+
+        mesh = tessellate(self._shape(), tolerance or 0.1 * self.spacing)
+        merged = Trimesh(mesh.vertices, mesh.triangles, process=False)
+        merged.face_attributes["face"] = mesh.faces
+        merged.merge_vertices()
+        return merged
+
+    def _shape(self) -> Any:
+        if self.solid is None:
+            raise ReconstructionError("there is no model, as no solid was built", self)
+        return self.solid.shape
+
+    def write(
+        self, path: str | PathLike[str], unit: str = "mm", tolerance: float | None = None
+    ) -> None:
+        """Write the model whole or not at all; the suffix tells the format.
+
+        STEP, IGES, BREP; GLB, STL, OBJ, PLY triangles: see
+        `crispline.exchange.write_model`. DXF and JSON hold the sharp edges: see `write_edges`.
+
+        Parameters
+        ----------
+        unit : of the cloud's numbers; STEP, IGES, DXF and JSON name it.
+        tolerance : largest distance of triangles from the faces; a tenth of the spacing.
+
+        Raises
+        ------
+        InputError
+            Unknown suffix or unit, or the file cannot be written.
+        ReconstructionError
             If there is no valid model.
         """
-        if self.solid is None or not self.valid:
+        if not self.valid:
             raise ReconstructionError("there is no valid model to write", self)
-        write_step(self.solid.shape, path)
+        if Path(path).suffix.lower() in (".dxf", ".json"):
+            self.write_edges(path, unit)
+        else:
+            write_model(self, path, unit, tolerance)
+
+    def write_edges(self, path: str | PathLike[str], unit: str = "mm") -> None:
+        """Write sharp edges and corners as DXF, JSON, OBJ lines or STEP curves.
+
+        There need be no valid model; see `crispline.exchange.write_edges`.
+        """
+        sharp = [edge for edge in self.edges if edge.is_sharp]
+        write_edges(
+            Path(path), sharp, self.corners, spacing=self.spacing, noise=self.noise, unit=unit
+        )
+
+    def show(self, points: Array | None = None, **options: Any) -> Any:
+        """Open an interactive view; see :func:`crispline.report.show.show`."""
+        from crispline.report.show import show
+
+        return show(self, points, **options)
+
+    def _repr_html_(self) -> str:
+        """Verdict, numbers and faces, for notebooks."""
+        from crispline.report.notebook import notebook_html
+
+        return notebook_html(self)
 
     def summary(self) -> dict[str, Any]:
         """Everything above in JSON-ready form; unknown numbers are None."""
@@ -139,11 +249,7 @@ class Reconstruction:
                 "kind": face.kind,
                 "parameters": dict(face.parameters),
                 "area": None if np.isnan(face.area) else face.area,
-                "n_points": face.n_points,
-                "rms": face.rms,
-                "p95": face.p95,
-                "max": face.max,
-                "mean": face.mean,
+                **numbers(face),
             }
             for face in self.faces
         ]
@@ -169,6 +275,8 @@ class Reconstruction:
             "n_sharp_edges": sum(edge["is_sharp"] is True for edge in edges),
             "spacing": self.spacing,
             "noise": self.noise,
+            "verdict": self.verdict,
+            "residuals": None if self.certificate is None else numbers(self.certificate.whole),
             "volume": None if check is None else check.volume,
             "largest_tolerance": tolerance,
             "faces": faces,
@@ -194,7 +302,7 @@ def failure(result: Reconstruction) -> str:
     if len(found) > len(reasons):
         reasons.append(f"{len(found) - len(reasons)} more faces")
     reasons += check.problems
-    if not check.is_closed:
+    if not (check.is_closed or check.may_be_open):
         reasons.append("the shell has free edges")
     if check.n_uncovered:
         reasons.append(f"{check.n_uncovered} points lie off the model")
@@ -214,52 +322,3 @@ def _place(model: Model, index: int) -> str:
     if len(points) == 0:
         return ""
     return " near ({:.4g}, {:.4g}, {:.4g})".format(*np.median(points, axis=0))
-
-
-def _edge_report(edge: Edge, spacing: float) -> EdgeReport:
-    dense = edge.curve.samples(2 if edge.curve.kind == "line" else 201)
-    length = float(np.linalg.norm(np.diff(dense, axis=0), axis=1).sum())
-    n_points = 2 if edge.curve.kind == "line" else int(np.clip(2.0 * length / spacing, 8, 2000))
-    points = edge.curve.samples(n_points)
-    if edge.start == edge.end:
-        points[-1] = points[0]
-    return EdgeReport(
-        points=points,
-        kind=edge.curve.kind,
-        angle_deg=float(np.degrees(edge.angle)),
-        length=length,
-        is_sharp=edge.is_sharp,
-        faces=(edge.left, edge.right),
-        gap=edge.gap,
-    )
-
-
-def _face_report(face: Face, area: float) -> FaceReport:
-    size = np.abs(face.residuals) if len(face.residuals) else np.zeros(1)
-    return FaceReport(
-        kind=face.surface.kind,
-        parameters=face.surface.parameters(),
-        area=area,
-        n_points=len(face.points),
-        rms=float(np.sqrt(np.mean(size**2))),
-        p95=float(np.quantile(size, 0.95)),
-        max=float(size.max()),
-        mean=float(np.mean(face.residuals)) if len(face.residuals) else 0.0,
-    )
-
-
-def _corner_vertices(model: Model) -> list[int]:
-    """Vertices with three or more sharp edge ends, or two that turn."""
-    ends: dict[int, list[Array]] = {}
-    for edge in model.edges:
-        if not edge.is_sharp:
-            continue
-        tips = edge.curve.samples(201)
-        for vertex, tip, inward in ((edge.start, tips[0], tips[1]), (edge.end, tips[-1], tips[-2])):
-            ends.setdefault(vertex, []).append((inward - tip) / np.linalg.norm(inward - tip))
-    limit = -np.cos(np.radians(_KINK_DEG))
-    return [
-        vertex
-        for vertex, tangents in sorted(ends.items())
-        if len(tangents) > 2 or (len(tangents) == 2 and float(tangents[0] @ tangents[1]) > limit)
-    ]

@@ -65,7 +65,7 @@ def test_angle_at_a_pole_is_taken_from_the_border():
     chart = ConeChart(np.array([0, 0, 20.0]), np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), 10, 0.5)
     apex = chart.pole_points()[0]
     ruling = apex + np.linspace(0, 1, 9)[:, None] * (chart.points(np.array([[2.0, 5.0]])) - apex)
-    uv = chart.trace(ruling)
+    uv = chart.trace(ruling, np.arange(len(ruling)))
     np.testing.assert_allclose(uv[:, 0], 2.0)
     assert uv[0, 1] == pytest.approx(chart.v_range[0])
     assert chart.is_pole(uv[0])

@@ -1,5 +1,8 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+import trimesh
 
 from crispline.cloud.pointcloud import PointCloud
 from crispline.errors import InputError
@@ -64,3 +67,65 @@ def test_the_constructor_itself_accepts_only_finite_rows_of_three():
         PointCloud(np.full((2, 3), np.nan))
     with pytest.raises(InputError, match="normals"):
         PointCloud(np.zeros((2, 3)), np.ones((3, 3)))
+
+
+# --- objects of other packages ------------------------------------------------------------
+
+
+class Open3D:
+    """What is used of ``open3d.geometry.PointCloud``, which is too large to install here."""
+
+    def __init__(self, points, normals):
+        self.points, self.normals = points, normals
+
+    def has_normals(self):
+        return len(self.normals) > 0
+
+
+class Tensor:
+    def __init__(self, values):
+        self.values = values
+
+    def numpy(self):
+        return self.values
+
+
+class TensorMap(dict):
+    """``open3d.t.geometry.PointCloud.point``: names in it are attributes of it."""
+
+    __getattr__ = dict.__getitem__
+
+
+@pytest.mark.parametrize("has_normals", [False, True])
+def test_clouds_of_open3d(has_normals):
+    normals = np.tile([0.0, 0.0, 2.0], (8, 1)) if has_normals else np.empty((0, 3))
+    cloud = PointCloud.from_any(Open3D(CUBE, normals))
+    np.testing.assert_array_equal(cloud.points, CUBE)
+    assert (cloud.normals is not None) == has_normals
+    fields = TensorMap(positions=Tensor(CUBE))
+    if has_normals:
+        fields["normals"] = Tensor(normals)
+    cloud = PointCloud.from_any(SimpleNamespace(point=fields))
+    np.testing.assert_array_equal(cloud.points, CUBE)
+    assert (cloud.normals is not None) == has_normals
+
+
+def test_clouds_and_meshes_of_trimesh_and_pyvista():
+    box = trimesh.creation.box((1.0, 2.0, 3.0))
+    for source in (box, trimesh.PointCloud(box.vertices), pyvista_like(box.vertices)):
+        np.testing.assert_array_equal(PointCloud.from_any(source).points, box.vertices)
+
+
+def pyvista_like(points):
+    return SimpleNamespace(points=points)
+
+
+def test_anything_else_with_points(tmp_path):
+    np.save(tmp_path / "cube.npy", CUBE)
+    cloud = PointCloud(CUBE)
+    assert PointCloud.from_any(cloud) is cloud
+    for source in (CUBE, CUBE.tolist(), tmp_path / "cube.npy", str(tmp_path / "cube.npy")):
+        np.testing.assert_array_equal(PointCloud.from_any(source).points, CUBE)
+    for source in (object(), 3, None, "no such file.ply"):
+        with pytest.raises(InputError, match=r"expected|no such file"):
+            PointCloud.from_any(source)

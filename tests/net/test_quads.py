@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from crispline.cloud.working import working_cloud
 from crispline.errors import ReconstructionError
 from crispline.net import quads
 from crispline.net.halfedge import half_edges
+from crispline.net.loops import border_loops
 from crispline.net.quads import QuadNet, quad_net
 from crispline.options import CloudOptions, NetOptions
 
@@ -95,29 +97,99 @@ def test_edge_length_is_the_median_side():
 
 
 def test_an_open_net_is_laid_anew(monkeypatch):
-    """The mesher leaves a hole at the first edge length; the second is closed."""
+    """The mesher leaves a wide hole at the first edge length; the second is closed."""
     lengths = []
 
-    def with_a_hole(vertices, triangles, edge_length):
+    def with_a_hole(mesh, edge_length):
         lengths.append(edge_length)
-        net = quads_over(vertices, triangles, edge_length)
-        return net if len(lengths) > 1 else QuadNet(net.vertices, net.quads[1:])
+        vertices, found = quads_over(mesh, edge_length)
+        return vertices, found if len(lengths) > 1 else _without_a_disc(vertices, found)
 
-    quads_over = quads._quads_over
-    monkeypatch.setattr(quads, "_quads_over", with_a_hole)
+    quads_over = quads.quads_over
+    monkeypatch.setattr(quads, "quads_over", with_a_hole)
     _, net = net_over(*ball(800))
     assert euler(net) == 2
     assert tuple(lengths) == NetOptions().edge_lengths[:2]
 
 
-def test_the_least_open_net_stands_if_none_is_closed(monkeypatch):
-    n_missing = iter([3, 1, 2, 2])
+def test_a_small_hole_is_closed_on_the_net(monkeypatch):
+    lengths = []
 
-    def with_a_hole(vertices, triangles, edge_length):
-        net = quads_over(vertices, triangles, edge_length)
-        return QuadNet(net.vertices, net.quads[: len(net.quads) - next(n_missing)])
+    def with_a_hole(mesh, edge_length):
+        lengths.append(edge_length)
+        vertices, found = quads_over(mesh, edge_length)
+        return vertices, found[1:]
 
-    quads_over = quads._quads_over
-    monkeypatch.setattr(quads, "_quads_over", with_a_hole)
+    quads_over = quads.quads_over
+    monkeypatch.setattr(quads, "quads_over", with_a_hole)
     _, net = net_over(*ball(800))
-    assert np.sum(half_edges(net.quads, len(net.vertices)).twin < 0) == 4
+    assert euler(net) == 2
+    assert len(lengths) == 1
+
+
+def _without_a_disc(vertices, found):
+    middle = vertices[found].mean(axis=1)
+    return found[np.linalg.norm(middle - middle[0], axis=1) > 3.0]
+
+
+def half_ball(n=2000, seed=0):
+    normals = np.random.default_rng(seed).normal(size=(n, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals[:, 2] = np.abs(normals[:, 2])
+    return normals, normals
+
+
+def build(points, normals, **settings):
+    cloud = working_cloud(points, CloudOptions())
+    at = cKDTree(points).query(cloud.to_user.points(cloud.points))[1]
+    back = cloud.to_user.inverse()
+    return cloud, quad_net(cloud, back.directions(normals[at]), NetOptions(**settings))
+
+
+def test_half_a_ball_ends_at_its_equator():
+    cloud, net = build(*half_ball())
+    assert net.is_open
+    connected = half_edges(net.quads, len(net.vertices))
+    (rim,) = border_loops(net.quads)
+    height = cloud.to_user.points(net.vertices[rim])[:, 2] / cloud.spacing
+    assert abs(height.mean()) < 0.5
+    assert np.abs(height).max() < 1.5
+    assert len(connected.pairs()) + len(rim) == len(net.vertices) + len(net.quads) - 1
+    circumference = 2.0 * np.pi / cloud.spacing
+    assert connected.rims(net.vertices).startswith("open shell: the scan is not closed; 1 free")
+    sides = net.vertices[rim] - net.vertices[np.roll(rim, 1)]
+    assert np.linalg.norm(sides, axis=1).sum() == pytest.approx(circumference, rel=0.15)
+
+
+def test_the_user_may_insist_on_closed_or_open():
+    _, net = build(*half_ball(1500), surface="closed")
+    assert not net.is_open
+    assert euler(net) == 2
+    _, net = build(*ball(1500), surface="open")
+    assert net.is_open
+    assert euler(net) == 2
+
+
+def test_a_narrow_hole_is_filled_and_a_wide_one_is_not():
+    points, normals = ball(2000)
+    spacing = np.sqrt(4.0 * np.pi / 2000)
+    away = np.linalg.norm(points - [0.0, 0.0, 1.0], axis=1) / spacing
+    for radius, is_open in ((2.0, False), (6.0, True)):
+        keep = away > radius
+        _, net = build(points[keep], normals[keep])
+        assert net.is_open == is_open
+        assert len(border_loops(net.quads)) == int(is_open)
+    _, net = build(points[keep], normals[keep], surface="open", fill_holes=14.0)
+    assert border_loops(net.quads) == ()
+
+
+def test_bodies_stay_and_crumbs_go():
+    points, normals = ball(2000)
+    crumb = np.random.default_rng(1).choice(2000, 60, replace=False)
+    east, north, _ = np.eye(3)
+    both = np.concatenate([points, points + 3.0 * east, 0.2 * points[crumb] + 3.0 * north])
+    cloud, net = build(both, np.concatenate([normals, normals, normals[crumb]]))
+    assert euler(net) == 4
+    x = cloud.to_user.points(net.vertices)
+    assert x[:, 1].max() < 1.2
+    assert set(np.round(x[:, 0] / 3.0).astype(int).tolist()) == {0, 1}

@@ -67,7 +67,7 @@ def _trace(model: Model, index: int, sign: int, chart: Chart) -> Arc:
     points = edge.curve.evaluate(t)
     first, last = (edge.start, edge.end)[::sign]
     points[0], points[-1] = model.vertices[first], model.vertices[last]
-    return Arc(index, sign, t, chart.trace(points))
+    return Arc(index, sign, t, chart.trace(points, t))
 
 
 def is_inside(loops: Sequence[Sequence[Arc]], chart: Chart, axis: int, value: float) -> bool:

@@ -29,6 +29,8 @@ POLE_REACH = 0.5
 """A border that comes this close to a pole goes through it, in spacings."""
 SAME = 1e-6
 """Parameters closer than this are the same."""
+_SNAP = 1e-4
+"""A border point this close to a side of a patch, or to a whole parameter, is there."""
 _UNBOUNDED = (-np.inf, np.inf)
 
 
@@ -72,8 +74,11 @@ class Chart(ABC):
         sides = zip(self.v_range, self.has_pole, strict=True)
         return any(has_pole and abs(parameters[1] - v) < SAME for v, has_pole in sides)
 
-    def trace(self, points: Array) -> Array:
-        """(u, v) along a dense polyline, shape ``(n, 2)``, without jumps of a period."""
+    def trace(self, points: Array, t: Array) -> Array:
+        """(u, v) along a dense polyline, shape ``(n, 2)``, without jumps of a period.
+
+        ``t`` are the parameters of the points on their own curve, shape ``(n,)``.
+        """
         return self._unwrapped(self.parameters(points))
 
     def _unwrapped(self, uv: Array) -> Array:
@@ -144,7 +149,7 @@ class RevolutionChart(Chart):
         v = self.profile_parameter(np.hypot(x, y), height)
         return np.column_stack([np.arctan2(y, x), v])
 
-    def trace(self, points: Array) -> Array:
+    def trace(self, points: Array, t: Array) -> Array:
         uv = self.parameters(points)
         for pole in self.pole_points():
             distance = np.linalg.norm(points - pole, axis=1)
@@ -287,3 +292,21 @@ class BSplineChart(Chart):
         lower, upper = self.surface.domain
         inside = np.clip(parameters, lower, upper)
         return self.surface.evaluate(inside[:, 0], inside[:, 1])
+
+
+@dataclass(frozen=True)
+class PatchChart(BSplineChart):
+    """The knot rectangle of a B-spline surface that is not trimmed: its borders are the face's."""
+
+    def trace(self, points: Array, t: Array) -> Array:
+        start, end = self._on_border(points[[0, -1]])
+        share = (t - t[0]) / (t[-1] - t[0])
+        return np.asarray(start + share[:, None] * (end - start))
+
+    def _on_border(self, points: Array) -> Array:
+        """(u, v) of border points, exactly on the border, shape ``(n, 2)``."""
+        uv = self.parameters(points)
+        for side in self.surface.domain:
+            uv = np.where(np.abs(uv - side) < _SNAP, side, uv)
+        whole = np.round(uv)  # vertices of the net
+        return np.where(np.abs(uv - whole) < _SNAP, whole, uv)

@@ -75,6 +75,8 @@ class Check:
     n_uncovered : cloud points that lie together and farther than ``STRAY`` from the model.
     bad_faces : faces with a fault.
     problems : faults of the shape as a whole.
+    may_be_open : whether it stands for a scan that is not closed, so that free edges are
+        no fault.
     """
 
     is_valid: bool
@@ -90,11 +92,13 @@ class Check:
     n_uncovered: int
     bad_faces: tuple[BadFace, ...]
     problems: tuple[str, ...]
+    may_be_open: bool = False
 
     @property
     def is_good(self) -> bool:
-        """A valid closed solid, without a face or a stretch of cloud that strays."""
-        return self.is_valid and self.is_closed and not self.bad_faces and not self.problems
+        """A valid solid, or shell if it may be open, without a face or points that stray."""
+        is_whole = self.is_closed or self.may_be_open
+        return self.is_valid and is_whole and not self.bad_faces and not self.problems
 
 
 def check_file(
@@ -104,7 +108,12 @@ def check_file(
     return check_shape(read_step(path), raw_points, spacing)
 
 
-def check_shape(shape: Any, raw_points: Array | None = None, spacing: float = 1.0) -> Check:
+def check_shape(
+    shape: Any,
+    raw_points: Array | None = None,
+    spacing: float = 1.0,
+    may_be_open: bool = False,
+) -> Check:
     """Check a shape by itself and against the cloud it was made from.
 
     Parameters
@@ -113,6 +122,7 @@ def check_shape(shape: Any, raw_points: Array | None = None, spacing: float = 1.
     raw_points : the cloud in the unit of the shape, without outliers, shape ``(n, 3)``;
         None to check the shape alone.
     spacing : mean distance between neighbouring points of the cloud.
+    may_be_open : whether free edges are no fault.
     """
     faces = occt.subshapes(shape, occt.FACE)
     solids = occt.subshapes(shape, occt.SOLID)
@@ -120,11 +130,11 @@ def check_shape(shape: Any, raw_points: Array | None = None, spacing: float = 1.
     vertex_tolerance = occt.largest_tolerance(shape, occt.VERTEX)
     analyser = BRepCheck_Analyzer(shape)
     is_valid = bool(faces) and bool(analyser.IsValid())
-    is_closed = bool(solids) and _has_only_shared_edges(shape)
+    is_closed = bool(solids) and shared_edges_only(shape)
     enclosed = volume(shape) if is_closed else 0.0
 
     bad = [BadFace(i, reason) for i, face in enumerate(faces) for reason in _faults(analyser, face)]
-    problems = list(_shell_faults(shape))
+    problems = list(_shell_faults(shape, may_be_open))
     if is_closed and enclosed <= 0.0:
         problems.append(f"the enclosed volume is {enclosed:.3g}, so the solid is inside out")
     for face_index, face in enumerate(faces):
@@ -162,6 +172,7 @@ def check_shape(shape: Any, raw_points: Array | None = None, spacing: float = 1.
         n_uncovered,
         tuple(sorted(bad, key=lambda fault: fault.index)),
         tuple(problems),
+        may_be_open,
     )
 
 
@@ -171,7 +182,7 @@ def _vanishes(meshes: list[Tessellation], n_faces: int) -> NDArray[np.bool_]:
     return np.asarray(areas.min(axis=0) <= (1.0 - _SAME_AREA) * areas.max(axis=0))
 
 
-def _has_only_shared_edges(shape: Any) -> bool:
+def shared_edges_only(shape: Any) -> bool:
     """Whether every edge is used twice; a seam twice by one face, a pole by none but its own."""
     uses = IndexedDataMap_TopoDS_Shape_List_TopoDS_Shape_TopTools_ShapeMapHasher()
     TopExp.MapShapesAndAncestors_s(shape, occt.EDGE, occt.FACE, uses)
@@ -203,9 +214,10 @@ def _faults(analyser: Any, face: Any) -> Iterator[str]:
     yield from dict.fromkeys(faults or ["BRepCheck_CheckFail"])
 
 
-def _shell_faults(shape: Any) -> Iterator[str]:
+def _shell_faults(shape: Any, may_be_open: bool) -> Iterator[str]:
     for shell in occt.subshapes(shape, occt.SHELL):
         checker = BRepCheck_Shell(shell)
         for status in (checker.Closed(), checker.Orientation()):
-            if status != BRepCheck_Status.BRepCheck_NoError:
+            is_free = may_be_open and status == BRepCheck_Status.BRepCheck_NotClosed
+            if status != BRepCheck_Status.BRepCheck_NoError and not is_free:
                 yield status.name

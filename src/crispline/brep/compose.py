@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -32,12 +32,15 @@ class Solid:
         -1 for a face that healing has made.
     face_order : model face index of every face of the shape, in exploration order.
     attempt : how the shape came about: ``'as built'`` or the repair that was kept.
+    representation : ``'trimmed'`` faces, ``'mixed'`` with bicubic patches where a region could
+        not be trimmed, or ``'patches'`` only.
     """
 
     shape: Any
     check: Check
     face_order: tuple[int, ...]
     attempt: str
+    representation: Literal["trimmed", "mixed", "patches"] = "trimmed"
 
 
 def make_solid(
@@ -71,14 +74,16 @@ def make_solid(
     built = build_shape(model.transformed(to_unit))
     points = None if raw_points is None else to_unit.points(raw_points)
     deadline = time.monotonic() + time_limit
-    best = _judge(built, built.shape, points, "as built")
+    best = _judge(built, built.shape, points, "as built", not model.is_closed)
     if _is_repairable(best.check):
         for max_tolerance, drop_pcurves in _HEALINGS:
             healed = heal(built.shape, max_tolerance, deadline - time.monotonic(), drop_pcurves)
             if healed is None:
                 continue
             attempt = f"healed to {max_tolerance:g} spacings" + ", new pcurves" * drop_pcurves
-            best = min(best, _judge(built, healed, points, attempt), key=_n_faults)
+            best = min(
+                best, _judge(built, healed, points, attempt, not model.is_closed), key=_n_faults
+            )
             if best.check.is_good:
                 break
     back = to_unit.inverse()
@@ -101,8 +106,10 @@ def _to_unit_spacing(model: Model, spacing: float) -> Similarity:
     return Similarity(1.0 / spacing, np.eye(3), -middle / spacing)
 
 
-def _judge(built: Built, shape: Any, points: Array | None, attempt: str) -> Solid:
-    check = check_shape(shape, points, 1.0)
+def _judge(
+    built: Built, shape: Any, points: Array | None, attempt: str, may_be_open: bool
+) -> Solid:
+    check = check_shape(shape, points, 1.0, may_be_open)
     has_same_faces = check.n_faces == len(built.face_order)
     order = built.face_order if has_same_faces else (-1,) * check.n_faces
     bad = [BadFace(order[fault.index], fault.reason) for fault in check.bad_faces]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from crispline.brep.measure import Tessellation
+from crispline.cloud.nearest import nearest
 from crispline.surface.base import Array
 
 _MAX_SAMPLES = 400_000
@@ -16,6 +17,8 @@ _MAX_SAMPLES = 400_000
 _CROWD = 8
 """Points that far from the model count only with this many others of their kind around
 them: a missing face leaves dozens, an outlier that was not removed is alone."""
+_MAX_THINNING = 4.0
+"""A stretch of the cloud this much thinner than the rest is no surface."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,8 @@ class Deviation:
 
     Attributes
     ----------
-    face_distances : per face, the largest distance of its samples to the cloud.
+    face_distances : per face, the largest distance of its samples to the cloud; beyond the
+        limit, in spacings of the points near it.
     n_uncovered : per face, how many cloud points lie nearest to it, but far from it and
         close to each other.
     """
@@ -48,7 +52,14 @@ def measure_deviation(
     """
     samples, owners = sample_triangles(mesh, 0.7 * spacing)
     face_distances = np.zeros(n_faces)
-    to_cloud = cKDTree(points).query(samples)[0] / spacing
+    cloud = cKDTree(points)
+    distance, closest = nearest(cloud, samples, 1)
+    to_cloud = distance[:, 0] / spacing
+    # Where the scan is thin, its own spacing counts.
+    thin = np.flatnonzero(to_cloud > limit)
+    around, _ = nearest(cloud, points[closest[thin, 0]], min(9, len(points)))
+    local = around[:, -1] * np.sqrt(np.pi / 8.0) / spacing
+    to_cloud[thin] /= np.clip(local, 1.0, _MAX_THINNING)
     np.maximum.at(face_distances, mesh.faces[owners], to_cloud)
 
     tree = cKDTree(samples)
@@ -56,16 +67,16 @@ def measure_deviation(
     n_uncovered = np.zeros(n_faces, dtype=np.int64)
     if len(far):
         # Samples are sparse: measure to the triangles around before judging.
-        nearest = owners[tree.query(points[far], k=min(8, len(samples)))[1].reshape(len(far), -1)]
-        corners = mesh.vertices[mesh.triangles[nearest]]
+        beside = owners[tree.query(points[far], k=min(8, len(samples)))[1].reshape(len(far), -1)]
+        corners = mesh.vertices[mesh.triangles[beside]]
         exact = point_triangle_distance(points[far, None, :], corners).min(axis=1)
         is_far = exact > limit * spacing
-        far, nearest = far[is_far], nearest[is_far]
+        far, beside = far[is_far], beside[is_far]
     if len(far):
         crowd = cKDTree(points[far])
         n_near = crowd.query_ball_point(points[far], limit * spacing, return_length=True) - 1
         is_crowded = np.asarray(n_near) >= _CROWD
-        np.add.at(n_uncovered, mesh.faces[nearest[is_crowded, 0]], 1)
+        np.add.at(n_uncovered, mesh.faces[beside[is_crowded, 0]], 1)
     return Deviation(face_distances, n_uncovered)
 
 

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
+from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools
@@ -88,6 +90,13 @@ def volume(shape: object) -> float:
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties, 1e-9)
     return float(properties.Mass())
+
+
+def diagonal(shape: object) -> float:
+    """Length of the diagonal of a box round a shape, not the tightest; 0 without geometry."""
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box, False)
+    return 0.0 if box.IsVoid() else float(np.sqrt(box.SquareExtent()))
 
 
 def _area(face: object) -> float:

@@ -73,7 +73,7 @@ def pcurve(curve: Curve, chart: Chart, border: Array) -> PCurve:
 
 def _projected(curve: Curve, t: Array, chart: Chart, border: Array) -> Array:
     """(u, v) at the curve parameters, moved by whole periods to the border."""
-    uv = chart.trace(curve.evaluate(t))
+    uv = chart.trace(curve.evaluate(t), t)
     turns = np.round((border[len(border) // 2] - uv[len(uv) // 2]) / TURN) * TURN
     uv += np.where(chart.is_periodic, turns, 0.0)
     for end in (0, -1):

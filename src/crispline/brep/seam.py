@@ -22,6 +22,7 @@ from crispline.brep.chart import (
     Chart,
     ConeChart,
     CylinderChart,
+    PatchChart,
     PlaneChart,
     RevolutionChart,
     SphereChart,
@@ -106,7 +107,7 @@ def _first_chart(model: Model, face: Face) -> Chart:
             near = origin if middle is None else surface.project(middle[None, :])[0][0]
             return PlaneChart(near, normal, perpendicular_frame(normal)[0])
         case BSplineSurface():
-            return BSplineChart(surface)
+            return PatchChart(surface) if face.is_patch else BSplineChart(surface)
         case Cylinder(origin=origin, axis=axis, radius=radius):
             near = origin if middle is None else origin + ((middle - origin) @ axis) * axis
             return CylinderChart(near, axis, perpendicular_frame(axis)[0], radius)

@@ -1,16 +1,15 @@
-"""STEP files: one shape, in millimetres, the same bytes for the same shape."""
+"""STEP files (AP242): one shape, the same bytes for the same shape."""
 
 from __future__ import annotations
 
 import io
 import re
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
-from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Message import Message
@@ -25,8 +24,9 @@ from OCP.StepData import StepData_StepWriter
 from OCP.StepRepr import StepRepr_NextAssemblyUsageOccurrence
 from OCP.TCollection import TCollection_HAsciiString
 
-from crispline.brep import occt
-from crispline.brep.measure import face_areas, tessellate, volume
+from crispline.brep.readback import is_same_solid
+from crispline.brep.styled import FaceStyle, styled_writer
+from crispline.brep.units import MILLIMETRES, OCCT_NAMES, checked_unit
 from crispline.errors import InputError, ReconstructionError
 from crispline.files import atomic_path
 
@@ -35,45 +35,61 @@ _LONG_NUMBER = re.compile(rb"(\d\.\d{15})E([+-]\d{2,3})")
 _TIME_STAMP = "1970-01-01T00:00:00"
 
 
-def write_step(shape: Any, path: str | PathLike[str]) -> None:
-    """Write a shape as a STEP file (AP214, millimetres).
+def write_step(
+    shape: Any, path: str | PathLike[str], unit: str = "mm", styles: Sequence[FaceStyle] = ()
+) -> None:
+    """Write a shape as a STEP file (AP242).
 
     The file appears whole or not at all. Curves in the parameter planes are left
     out, as readers make better ones themselves; if OCCT then reads an invalid
     shape back, they are written.
+
+    Parameters
+    ----------
+    unit : of the shape's numbers, one of `MILLIMETRES`; they stand in the file as they are.
+    styles : name and colour of every face in exploration order, or none at all.
 
     Raises
     ------
     ReconstructionError
         If OCCT cannot write the shape, or reads another shape from the file.
     InputError
-        If the file cannot be written.
+        Unknown unit, or the file cannot be written.
     """
-    content = step_bytes(shape, has_pcurves=False)
-    if not _reads_back(content, shape):
-        content = step_bytes(shape, has_pcurves=True)
-        if not _reads_back(content, shape):
-            raise ReconstructionError(
-                "the model is valid in memory, but the STEP file of it does not read back as the "
-                "same solid; borders with large gaps are the usual cause: scan them more densely"
-            )
+    name = OCCT_NAMES[checked_unit(unit)]
+    for has_pcurves in (False, True):
+        content = step_bytes(shape, has_pcurves, name, name, styles)
+        if is_same_solid(_read(content), shape, MILLIMETRES[unit]):
+            break
+    else:
+        raise ReconstructionError(
+            "the model is valid in memory, but the STEP file of it does not read back as the "
+            "same solid; borders with large gaps are the usual cause: scan them more densely"
+        )
     with atomic_path(Path(path)) as draft:
         draft.write_bytes(content)
 
 
-def step_bytes(shape: Any, has_pcurves: bool, unit: str = "MM") -> bytes:
+def step_bytes(
+    shape: Any,
+    has_pcurves: bool,
+    unit: str = "MM",
+    shape_unit: str = "MM",
+    styles: Sequence[FaceStyle] = (),
+) -> bytes:
     """The content of a STEP file; equal for equal shapes, whenever it is made.
 
-    ``unit`` is OCCT's name of the file's length unit; the shape is in millimetres.
+    ``unit`` and ``shape_unit`` are OCCT's names of the file's and the shape's length unit.
     """
     quieten()
     Interface_Static.SetIVal_s("write.surfacecurve.mode", int(has_pcurves))
+    Interface_Static.SetCVal_s("write.step.schema", "AP242DIS")
     Interface_Static.SetCVal_s("write.step.unit", unit)
-    writer = STEPControl_Writer()
-    status = writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
-    if status != IFSelect_ReturnStatus.IFSelect_RetDone:
+    Interface_Static.SetCVal_s("xstep.cascade.unit", shape_unit)
+    writer = styled_writer(shape, styles) if styles else _plain_writer(shape)
+    if writer is None:
         raise ReconstructionError("the STEP writer cannot translate the model")
-    model = writer.Model()
+    model = writer.Model()  # which lives no longer than its writer
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(_text(_NAME))
     header.SetOriginatingSystem(_text(_NAME))
@@ -98,6 +114,12 @@ def step_bytes(shape: Any, has_pcurves: bool, unit: str = "MM") -> bytes:
     return _LONG_NUMBER.sub(_shortened, stream.getvalue())
 
 
+def _plain_writer(shape: Any) -> Any:
+    writer = STEPControl_Writer()
+    status = writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+    return writer if status == IFSelect_ReturnStatus.IFSelect_RetDone else None
+
+
 def _shortened(number: re.Match[bytes]) -> bytes:
     mantissa, exponent = number.groups()
     return mantissa.rstrip(b"0") + (b"" if exponent == b"+00" else b"E" + exponent)
@@ -119,22 +141,6 @@ def read_step(path: str | PathLike[str]) -> Any:
     if shape is None:
         raise InputError(f"{path}: expected a STEP file with a shape, found none that can be read")
     return shape
-
-
-def _reads_back(content: bytes, shape: Any) -> bool:
-    """Whether the file gives the shape again, as far as its tolerances leave it room."""
-    copy = _read(content)
-    if copy is None or not BRepCheck_Analyzer(copy).IsValid():
-        return False
-    areas, copied = face_areas(shape), face_areas(copy)
-    if len(areas) != len(copied):
-        return False
-    mesh = tessellate(copy, 5e-5 * float(np.sqrt(areas.sum())), 0.1)
-    if len(np.unique(mesh.faces)) < len(areas):
-        return False
-    slack = 2.0 * occt.largest_tolerance(shape, occt.VERTEX)
-    room = slack * areas.sum() + 1e-6 * abs(volume(shape))
-    return bool(abs(volume(copy) - volume(shape)) <= room)
 
 
 def _read(content: bytes) -> Any:

@@ -100,14 +100,19 @@ def surface_from_occt(surface: Any, where: str = "the surface") -> TensorSpline 
     value = checked_spline(
         spline.UDegree(),
         spline.VDegree(),
-        list(spline.UKnotSequence()),
-        list(spline.VKnotSequence()),
+        _values(spline.UKnotSequence()),
+        _values(spline.VKnotSequence()),
         [[(p.X(), p.Y(), p.Z()) for p in row] for row in poles],
         weights,
         where,
     )
     # OCCT opens a seam with knots beyond the domain, and closes every closed face it reads.
     return value.clamped() if is_periodic else value
+
+
+def _values(array: Any) -> list[float]:
+    # The bindings can iterate over an array, but thirty times more slowly.
+    return [array.Value(i) for i in range(array.Lower(), array.Upper() + 1)]
 
 
 def _upto(n: int) -> range:
@@ -182,6 +187,11 @@ def faces_from_occt(shape: Any, where: str) -> FoundFaces:
             spline = spline.transposed()
         splines.append(spline)
     return FoundFaces(tuple(splines), n_trimmed, dict(left_out))
+
+
+def face_kinds(shape: Any) -> tuple[str, ...]:
+    """Kind of the surface of every face ("plane", "cylinder", "bspline"), in exploration order."""
+    return tuple(_kind(BRep_Tool.Surface_s(face)) for face in occt.subshapes(shape, occt.FACE))
 
 
 def _kind(surface: Any) -> str:

@@ -8,16 +8,32 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from crispline.cli.parameters import cloud_argument, output_option, seed_option, threads_option
+from crispline.cli.parameters import (
+    closed_option,
+    cloud_argument,
+    fill_holes_option,
+    mesh_tolerance_option,
+    open_option,
+    output_option,
+    required_tolerance_option,
+    seed_option,
+    threads_option,
+    units_option,
+)
 from crispline.cli.program import program
 from crispline.errors import ReconstructionError
 
 if TYPE_CHECKING:
+    from crispline.cloud.pointcloud import PointCloud
+    from crispline.options import Options, Surface
     from crispline.result import Reconstruction
 
-_STEP = (".step", ".stp")
-# The name of crispline.report.edges, repeated so that --help is instant.
-EDGES_OUT = (".json", ".obj")
+# The names of crispline.exchange, repeated so that --help is instant.
+MODELS_OUT = (
+    *(".brep", ".brp", ".iges", ".igs", ".step", ".stp", ".3dm"),
+    *(".glb", ".obj", ".ply", ".stl"),
+)
+EDGES_OUT = (".dxf", ".json", ".obj", ".step", ".stp")
 # What the summary of a failed run holds where nothing is known.
 _NOTHING: dict[str, Any] = {
     "valid": False,
@@ -28,26 +44,64 @@ _NOTHING: dict[str, Any] = {
     "corners": [],
     "noise": None,
     "spacing": None,
+    "verdict": None,
+    "residuals": None,
     "timings": {},
     "warnings": [],
 }
 
 
-@program.command()
+@program.command(
+    epilog="Example: crispline reconstruct scan.ply -o part.step -o part.glb --units m"
+)
 @cloud_argument
-@output_option("-o", "--output", suffixes=_STEP, required=True, text="STEP file to write.")
+@output_option(
+    "-o",
+    "--output",
+    "outputs",
+    suffixes=(*MODELS_OUT, ".dxf", ".json"),
+    required=True,
+    multiple=True,
+    text="File to write; may be given several times. STEP, IGES, BREP, 3DM; GLB, STL, OBJ, PLY "
+    "triangles; DXF, JSON sharp edges.",
+)
+@output_option(
+    "--edges",
+    "edges_path",
+    suffixes=EDGES_OUT,
+    text="Also write the sharp edges: DXF, JSON, OBJ lines, STEP curves.",
+)
 @output_option(
     "--summary", "summary_path", suffixes=(".json",), text="Also write the summary as JSON."
 )
+@output_option(
+    "--report", "page_path", suffixes=(".html", ".htm"), text="Also write an interactive page."
+)
+@units_option
+@mesh_tolerance_option
+@required_tolerance_option
+@open_option
+@closed_option
+@fill_holes_option
 @seed_option
 @threads_option
 def reconstruct(
-    cloud: Path, output: Path, summary_path: Path | None, seed: int, threads: int
+    cloud: Path,
+    outputs: tuple[Path, ...],
+    edges_path: Path | None,
+    summary_path: Path | None,
+    page_path: Path | None,
+    unit: str,
+    mesh_tolerance: float | None,
+    tolerance: float | None,
+    surface: Surface | None,
+    fill_holes: float,
+    seed: int,
+    threads: int,
 ) -> None:
-    """Turn the point cloud CLOUD into a checked STEP model.
+    """Turn the point cloud CLOUD into a checked CAD model.
 
-    Without a valid model nothing is written to the STEP file; the summary is
-    written all the same.
+    Without a valid model none is written; the summary is written all the same.
     """
     from crispline.cloud.read import read_points
 
@@ -56,32 +110,54 @@ def reconstruct(
     from rich.console import Console
 
     from crispline import pipeline
-    from crispline.options import Options
+    from crispline.options import NetOptions, Options
     from crispline.report.progress import show_progress
 
     result: Reconstruction | None = None
+    net = NetOptions(surface=surface or "auto", fill_holes=fill_holes)
+    options = Options(seed=seed, threads=threads, net=net)
     try:
         with show_progress(Console(stderr=True)) as progress:
-            result = pipeline.reconstruct(points, Options(seed=seed, threads=threads), progress)
-        result.write(output)
+            result = pipeline.reconstruct(points, options, progress)
+        for output in outputs:
+            result.write(output, unit, mesh_tolerance)
+        if edges_path is not None:
+            result.write_edges(edges_path, unit)
     except ReconstructionError as error:
-        _report(result or _partial(error), summary_path, failure=str(error))
+        known = result or _partial(error)
+        _report(known, summary_path, failure=str(error))
+        _write_page(page_path, known, points, cloud.name, unit, options, failure=str(error))
         raise
     _report(result, summary_path)
+    _write_page(page_path, result, points, cloud.name, unit, options)
+    if tolerance is not None:
+        result.require(tolerance)
 
 
-@program.command()
+@program.command(epilog="Example: crispline detect scan.ply -o edges.dxf")
 @cloud_argument
 @output_option(
     "-o",
     "--output",
     suffixes=EDGES_OUT,
     required=True,
-    text="JSON, or OBJ with one polyline an edge.",
+    text="DXF, JSON, OBJ with one polyline an edge, or STEP curves.",
 )
+@units_option
+@open_option
+@closed_option
+@fill_holes_option
 @seed_option
 @threads_option
-def detect(cloud: Path, output: Path, seed: int, threads: int) -> None:
+def detect(
+    cloud: Path,
+    output: Path,
+    unit: str,
+    surface: Surface | None,
+    fill_holes: float,
+    seed: int,
+    threads: int,
+) -> None:
     """Find the sharp edges and corners of the point cloud CLOUD, without a solid."""
     from crispline.cloud.read import read_points
 
@@ -90,18 +166,20 @@ def detect(cloud: Path, output: Path, seed: int, threads: int) -> None:
     from rich.console import Console
 
     from crispline import pipeline
-    from crispline.options import Options
+    from crispline.options import NetOptions, Options
     from crispline.report.progress import show_progress
 
     try:
         with show_progress(Console(stderr=True)) as progress:
-            result = pipeline.detect(points, Options(seed=seed, threads=threads), progress)
+            net = NetOptions(surface=surface or "auto", fill_holes=fill_holes)
+            options = Options(seed=seed, threads=threads, net=net)
+            result = pipeline.detect(points, options, progress)
     except ReconstructionError as error:
         partial = _partial(error)
         if partial is not None:
-            _write_edges(partial, output)
+            _write_edges(partial, output, unit)
         raise
-    _write_edges(result, output)
+    _write_edges(result, output, unit)
 
 
 def _partial(error: ReconstructionError) -> Reconstruction | None:
@@ -133,9 +211,26 @@ def _report(
         Console().print(render_summary(summary))
 
 
-def _write_edges(result: Reconstruction, path: Path) -> None:
-    from crispline.report.edges import write_edges
+def _write_page(
+    path: Path | None,
+    result: Reconstruction | None,
+    points: PointCloud,
+    title: str,
+    unit: str,
+    options: Options,
+    failure: str | None = None,
+) -> None:
+    """Write the page if it is asked for and anything is known."""
+    if path is None or result is None:
+        return
+    from crispline.report.html import write_report
 
-    sharp = [edge for edge in result.edges if edge.is_sharp]
-    write_edges(path, sharp, result.corners, spacing=result.spacing, noise=result.noise)
-    click.echo(f"{path}: sharp edges: {len(sharp)}, corners: {len(result.corners)}")
+    write_report(
+        path, result, points.points, title=title, unit=unit, options=options, failure=failure
+    )
+
+
+def _write_edges(result: Reconstruction, path: Path, unit: str) -> None:
+    result.write_edges(path, unit)
+    n_sharp = sum(edge.is_sharp for edge in result.edges)
+    click.echo(f"{path}: sharp edges: {n_sharp}, corners: {len(result.corners)}")

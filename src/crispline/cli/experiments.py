@@ -20,7 +20,7 @@ from crispline.cli.program import program
 # The names of crispline.shapes and crispline.cloud.write, repeated so that --help is instant.
 SHAPES = ("box-cylinder", "bracket")
 SAMPLINGS = ("grid", "half-cell", "random")
-CLOUDS_OUT = (".ply", ".xyz", ".npy")
+CLOUDS_OUT = (".csv", ".las", ".laz", ".npy", ".npz", ".pcd", ".ply", ".txt", ".xyz")
 
 
 @program.command()
@@ -78,7 +78,9 @@ def sample(
     scan = sample(
         SHAPES[shape](), n_points, sampling=sampling, noise=noise, outliers=outliers, seed=seed
     )
-    write_points(output, scan.points)
+    # PLY as scanners write it.
+    is_single = output.suffix.lower() == ".ply"
+    write_points(output, scan.points.astype("f4") if is_single else scan.points)
     if truth is not None:
         write_truth(truth, scan)
     click.echo(f"{output}: {len(scan.points)} points, spacing {scan.spacing:.4g}")

@@ -23,23 +23,85 @@ threads_option = click.option(
     show_default="all cores",
     help="Threads to use; the result is the same.",
 )
+open_option = click.option(
+    "--open",
+    "surface",
+    flag_value="open",
+    help="The scan is not closed: end the surface where the points end.",
+)
+closed_option = click.option(
+    "--closed",
+    "surface",
+    flag_value="closed",
+    help="The scan is closed: span every gap. By default the gaps decide.",
+)
+fill_holes_option = click.option(
+    "--fill-holes",
+    type=click.FloatRange(min=0.0),
+    default=6.0,
+    show_default=True,
+    help="Widest gap to close, in point spacings.",
+)
+
+
+# The names of crispline.brep.units, repeated so that --help is instant.
+UNITS = ("mm", "um", "cm", "m", "km", "in", "mil", "ft")
+units_option = click.option(
+    "--units",
+    "unit",
+    type=click.Choice(UNITS),
+    default="mm",
+    show_default=True,
+    help="What the numbers of the cloud are; STEP, IGES, DXF and JSON name it.",
+)
+_MESH_TOLERANCE: dict[str, Any] = {
+    "type": click.FloatRange(min=0.0, min_open=True),
+    "help": "Distance of triangles from the faces, for GLB, STL, OBJ and PLY.  [default: a tenth "
+    "of the spacing; 1/2000 of the size if that is unknown]",
+}
+tolerance_option = click.option("--tolerance", **_MESH_TOLERANCE)
+mesh_tolerance_option = click.option("--mesh-tolerance", **_MESH_TOLERANCE)
+required_tolerance_option = click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Largest deviation allowed: exit 3 unless 95 % of the points of every face lie within "
+    "it (faces of at least 20 points). The files are written all the same.",
+)
 
 
 def output_option(
-    *names: str, suffixes: tuple[str, ...], text: str, required: bool = False
+    *names: str,
+    suffixes: tuple[str, ...],
+    text: str,
+    required: bool = False,
+    multiple: bool = False,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Option for a file to write, refused before the work if it could not be written."""
 
-    def check(context: click.Context, parameter: click.Parameter, path: Path | None) -> Path | None:
-        if path is not None:
-            try:
-                check_output(path, suffixes)
-            except InputError as error:
-                raise click.BadParameter(str(error), context, parameter) from error
-        return path
+    def check(context: click.Context, parameter: click.Parameter, value: Any) -> Any:
+        for path in value if multiple else [value]:
+            if path is not None:
+                check_path(context, parameter, path, suffixes)
+        return value
 
-    file = click.Path(path_type=Path)
-    return click.option(*names, type=file, callback=check, required=required, help=text)
+    return click.option(
+        *names,
+        type=click.Path(path_type=Path),
+        callback=check,
+        required=required,
+        multiple=multiple,
+        help=text,
+    )
+
+
+def check_path(
+    context: click.Context, parameter: click.Parameter, path: Path, suffixes: tuple[str, ...]
+) -> None:
+    """Refuse a file to write as bad usage if it could not be written."""
+    try:
+        check_output(path, suffixes)
+    except InputError as error:
+        raise click.BadParameter(str(error), context, parameter) from error
 
 
 def read_fraction(context: click.Context, parameter: click.Parameter, text: str) -> float:

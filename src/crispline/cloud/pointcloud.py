@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from os import PathLike
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from crispline.errors import InputError
 from crispline.surface.base import Array
@@ -19,6 +21,7 @@ class PointCloud:
     ----------
     points : coordinates, shape ``(n, 3)``, float64, ``n >= 1``.
     normals : unit normals, shape ``(n, 3)``, or None.
+    viewpoints : where the scanner stood for each point, shape ``(n, 3)``, or None.
     n_dropped : rows of the source that held NaN or infinite coordinates and
         were left out (organised scans mark their invalid pixels so).
 
@@ -31,9 +34,11 @@ class PointCloud:
     points: Array
     normals: Array | None = None
     n_dropped: int = 0
+    viewpoints: Array | None = None
 
     def __post_init__(self) -> None:
-        for name, values in (("points", self.points), ("normals", self.normals)):
+        named = {"points": self.points, "normals": self.normals, "viewpoints": self.viewpoints}
+        for name, values in named.items():
             if values is None:
                 continue
             if values.ndim != 2 or values.shape[1] != 3 or len(values) != len(self.points):
@@ -49,7 +54,12 @@ class PointCloud:
 
     @classmethod
     def from_arrays(
-        cls, points: ArrayLike, normals: ArrayLike | None = None, *, source: str = "points"
+        cls,
+        points: ArrayLike,
+        normals: ArrayLike | None = None,
+        viewpoints: ArrayLike | None = None,
+        *,
+        source: str = "points",
     ) -> PointCloud:
         """Check raw arrays and drop the rows whose coordinates are not finite.
 
@@ -58,6 +68,8 @@ class PointCloud:
         points : real numbers, shape ``(n, 3)``.
         normals : directions of any length, shape ``(n, 3)``. They are kept only
             if every point that remains has a finite one other than zero.
+        viewpoints : where the scanner stood for each point, shape ``(n, 3)``; kept
+            only if they are finite.
         source : what error messages call the data, for example a file name.
 
         Raises
@@ -72,23 +84,61 @@ class PointCloud:
         ([[0.0, 0.0, 1.0]], 1)
         """
         coordinates = _rows_of_three(points, source)
-        is_finite = np.isfinite(coordinates).all(axis=1)
+        is_finite = np.asarray(np.isfinite(coordinates).all(axis=1))
         if not is_finite.any():
             found = f"{len(coordinates)} rows, all NaN or infinite" if len(coordinates) else "none"
             raise InputError(
                 f"{source}: expected points with finite coordinates, found {found}; "
                 "check that the export wrote coordinates"
             )
-        directions = None
-        if normals is not None:
-            directions = _rows_of_three(normals, f"{source} (normals)")
-            if len(directions) != len(coordinates):
-                raise InputError(
-                    f"{source}: expected one normal per point, "
-                    f"got {len(directions)} normals for {len(coordinates)} points"
-                )
-            directions = _unit_or_none(directions[is_finite])
-        return cls(coordinates[is_finite], directions, int(np.count_nonzero(~is_finite)))
+        kept = {
+            name: _beside(values, name, is_finite, source)
+            for name, values in (("normals", normals), ("viewpoints", viewpoints))
+        }
+        return cls(
+            points=coordinates[is_finite],
+            normals=_unit_or_none(kept["normals"]),
+            n_dropped=int(np.count_nonzero(~is_finite)),
+            viewpoints=_finite_or_none(kept["viewpoints"]),
+        )
+
+    @classmethod
+    def from_any(cls, source: object) -> PointCloud:
+        """A cloud out of whatever holds points.
+
+        A `PointCloud` as it is, a file name (see `crispline.read_points`), a
+        point cloud of Open3D (with its normals; legacy or tensor), a point cloud
+        or the vertices of a mesh of trimesh, points of PyVista, or an array of
+        shape ``(n, 3)``. None of these packages is imported.
+
+        Raises
+        ------
+        InputError
+            None of these, or numbers that make no cloud; see `from_arrays`.
+        """
+        if isinstance(source, cls):
+            return source
+        if isinstance(source, str | PathLike):
+            from crispline.cloud.read import read_points
+
+            return read_points(source)
+        points, normals = _held(source)
+        return cls.from_arrays(points, normals)
+
+
+def _held(source: Any) -> tuple[Any, Any]:
+    """Points and normals of an object, told by the names that the packages give them."""
+    if hasattr(source, "point") and hasattr(source.point, "positions"):  # open3d.t.geometry
+        positions = source.point
+        has_normals = "normals" in positions
+        return positions.positions.numpy(), positions.normals.numpy() if has_normals else None
+    if hasattr(source, "has_normals"):  # open3d.geometry
+        normals = np.asarray(source.normals) if source.has_normals() else None
+        return np.asarray(source.points), normals
+    for name in ("vertices", "points"):  # trimesh; PyVista
+        if hasattr(source, name):
+            return np.asarray(getattr(source, name)), None
+    return source, None
 
 
 def _rows_of_three(values: ArrayLike, source: str) -> Array:
@@ -104,7 +154,28 @@ def _rows_of_three(values: ArrayLike, source: str) -> Array:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
-def _unit_or_none(directions: Array) -> Array | None:
+def _beside(
+    values: ArrayLike | None, name: str, is_kept: NDArray[np.bool_], source: str
+) -> Array | None:
+    """The rows that go with the kept points."""
+    if values is None:
+        return None
+    rows = _rows_of_three(values, f"{source} ({name})")
+    if len(rows) != len(is_kept):
+        raise InputError(
+            f"{source}: expected one row of {name} per point, "
+            f"got {len(rows)} {name} for {len(is_kept)} points"
+        )
+    return rows[is_kept]
+
+
+def _unit_or_none(directions: Array | None) -> Array | None:
+    if directions is None:
+        return None
     length = np.linalg.norm(directions, axis=1, keepdims=True)
     usable = np.isfinite(length) & (length > 0.0)
     return directions / length if usable.all() else None
+
+
+def _finite_or_none(rows: Array | None) -> Array | None:
+    return rows if rows is not None and np.isfinite(rows).all() else None

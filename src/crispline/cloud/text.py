@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +16,7 @@ _COMMENTS = ("#", "//", "%", ";", "!")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 _XYZ = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
+_UNIT_SLACK = 2e-3  # of the length of normals that are written with three digits
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,8 @@ def parse_table(text: str, source: str, *, keyword: str = "") -> tuple[Array, Ar
     Values are separated by blanks, commas, semicolons or tabs; with another
     separator between the columns, commas inside numbers are decimal commas.
     If a header names columns ``x``, ``y``, ``z`` (and ``nx``, ``ny``, ``nz``)
-    those are taken, else the first three.
+    those are taken, else the first three, and the next three as normals if they
+    are a unit vector in every row, which no other columns are.
 
     Parameters
     ----------
@@ -56,7 +60,7 @@ def parse_table(text: str, source: str, *, keyword: str = "") -> tuple[Array, Ar
     Returns
     -------
     points : shape ``(n, 3)``; values may be NaN or infinite if the text says so.
-    normals : shape ``(n, 3)``, or None if no header names them.
+    normals : shape ``(n, 3)``, or None if there are none.
 
     Raises
     ------
@@ -85,13 +89,30 @@ def parse_table(text: str, source: str, *, keyword: str = "") -> tuple[Array, Ar
     layout = _layout(rows[0], [] if keyword else lines[: numbers[0]])
     if layout.has_decimal_comma:
         rows = [row.replace(",", ".") for row in rows]
+    if len(layout.columns) == 3 and _ends_in_unit_vector(layout.fields(rows[0])):
+        with suppress(ValueError):
+            table = _load(rows, layout.separator, range(6))
+            if _are_units(table[:, 3:]):
+                return table[:, :3], table[:, 3:]
     try:
-        table = np.loadtxt(
-            rows, delimiter=layout.separator, usecols=layout.columns, comments=None, ndmin=2
-        )
+        table = _load(rows, layout.separator, layout.columns)
     except ValueError as error:
         raise InputError(_first_fault(lines, numbers, layout, source)) from error
     return table[:, :3], table[:, 3:] if len(layout.columns) == 6 else None
+
+
+def _load(rows: list[str], separator: str | None, columns: Sequence[int]) -> Array:
+    return np.loadtxt(rows, delimiter=separator, usecols=columns, comments=None, ndmin=2)
+
+
+def _ends_in_unit_vector(fields: list[str]) -> bool:
+    """Whether the fourth to the sixth field look like a normal: cheap, on one row."""
+    numbers = [float(field) for field in fields[3:6] if _is_number(field)]
+    return len(numbers) == 3 and _are_units(np.array([numbers]))
+
+
+def _are_units(vectors: Array) -> bool:
+    return bool((abs(np.linalg.norm(vectors, axis=1) - 1.0) < _UNIT_SLACK).all())
 
 
 def _layout(row: str, preamble: list[str]) -> _Layout:

@@ -17,7 +17,12 @@ from crispline.fit.residual import (
     rms_limit,
 )
 from crispline.fit.robust import robust_scale, tukey_weights
-from crispline.fit.spline_system import smoothing_weight, solve_control_points, tensor_rows
+from crispline.fit.spline_system import (
+    bending_energy,
+    smoothing_weight,
+    solve_control_points,
+    tensor_rows,
+)
 from crispline.options import FitOptions
 from crispline.surface import BSplineSurface
 from crispline.surface.base import Array, perpendicular_frame, unit
@@ -229,12 +234,12 @@ def _fit_on_knots(
     weights = np.where(data.is_used, 1.0, 0.0)
     weights[data.n_free :] = _PASS_WEIGHT
     area = np.prod([k[-1] - k[0] for k in knots]) / (1.0 + 2.0 * DOMAIN_MARGIN) ** 2
-    smoothing = smoothing_weight(knots, float(data.is_used.sum() / area))
+    roughness = smoothing_weight(knots, float(data.is_used.sum() / area)) * bending_energy(*knots)
     robust = np.ones(data.n_free)
     for _ in range(n_corrections + 1):
         all_weights = weights * np.concatenate([robust, np.ones(data.n_fixed)])
         surface = solve_control_points(
-            knots, tensor_rows(knots, data.u, data.v), data.points, all_weights, smoothing
+            knots, tensor_rows(knots, data.u, data.v), data.points, all_weights, roughness
         )
         u, v = surface.refined_parameters(data.points, data.u, data.v, n_steps=1)
         data = replace(data, u=u, v=v)

@@ -42,7 +42,13 @@ class PrimitiveFit(Protocol):
     """The signature shared by all primitive fits."""
 
     def __call__(
-        self, points: Array, normals: Array, sigma: float, start: Any = None, /
+        self,
+        points: Array,
+        normals: Array,
+        sigma: float,
+        start: Any = None,
+        is_draft: bool = False,
+        /,
     ) -> Surface | None: ...
 
 
@@ -238,10 +244,17 @@ def fit_jointly(
     subsets = [thinned(len(points), n_each) for points, _ in parts]
     points = np.concatenate([p[kept] for (p, _), kept in zip(parts, subsets, strict=True)])
     normals = np.concatenate([n[kept] for (_, n), kept in zip(parts, subsets, strict=True)])
+    rough = thinned(len(points), _N_CANDIDATE_POINTS)
+    cut = residual_limit(sigma, options)
+    limit = _CANDIDATE_SLACK * (rms_limit(sigma, options) + options.tolerance)
     for kind in kinds:
         if kind not in PRIMITIVE_FITS:
             continue
-        surface = PRIMITIVE_FITS[kind](points, normals, sigma)
+        # Most pairs are not one surface; a draft on some of the points tells.
+        draft = PRIMITIVE_FITS[kind](points[rough], normals[rough], sigma, None, True)
+        if draft is None or (rms(np.clip(draft.signed_distance(points[rough]), -cut, cut)) > limit):
+            continue
+        surface = PRIMITIVE_FITS[kind](points, normals, sigma, draft)
         if surface is not None and all(
             _explains_part(surface, part, sigma, options) for part, _ in parts
         ):
@@ -272,7 +285,7 @@ def _ranked_candidates(
             continue
         if kind == "torus" and pure_noise:
             break  # the dearest to fit, and with nothing left to explain
-        surface = PRIMITIVE_FITS[kind](points[kept], normals[kept], sigma)
+        surface = PRIMITIVE_FITS[kind](points[kept], normals[kept], sigma, None, True)
         if surface is None:
             continue
         residuals = surface.signed_distance(points[kept])

@@ -41,7 +41,13 @@ class Frustum:
     offset: float
 
 
-def fit_cone(points: Array, normals: Array, sigma: float, start: Cone | None = None) -> Cone | None:
+def fit_cone(
+    points: Array,
+    normals: Array,
+    sigma: float,
+    start: Cone | None = None,
+    is_draft: bool = False,
+) -> Cone | None:
     """Robust orthogonal-distance cone.
 
     Parameters
@@ -50,6 +56,7 @@ def fit_cone(points: Array, normals: Array, sigma: float, start: Cone | None = N
     normals : unit normals, shape ``(n, 3)``; used for start values only.
     sigma : noise along the normal, spacings.
     start : start value; by default the best of several.
+    is_draft : see :func:`crispline.fit.robust.fit_distances`.
 
     Returns
     -------
@@ -60,10 +67,10 @@ def fit_cone(points: Array, normals: Array, sigma: float, start: Cone | None = N
         return None
     kept = coarse(len(points))
     starts = _starts(points[kept], normals[kept]) if start is None else iter([_frustum(start)])
-    frustum = fit_distances(MODEL, (_anchored(s, points) for s in starts), points, sigma)
+    frustum = fit_distances(MODEL, (_anchored(s, points) for s in starts), points, sigma, is_draft)
     if frustum is None or not MIN_HALF_ANGLE <= abs(frustum.half_angle) <= MAX_HALF_ANGLE:
         return None
-    cone = _cone(frustum)
+    cone = as_cone(frustum)
     heights = (points - cone.apex) @ cone.axis
     return cone if np.mean(heights < 0.0) <= _MAX_OTHER_NAPPE else None
 
@@ -93,11 +100,16 @@ def _algebraic_frustum(points: Array, axis: Array) -> Frustum:
     return Frustum(origin, axis, half_angle, float(radius * np.cos(half_angle)))
 
 
+def frustum_beside(cone: Cone, points: Array) -> Frustum:
+    """The same cone as :func:`linearise` sees it, with its origin beside the points."""
+    return _anchored(_frustum(cone), points)
+
+
 def _frustum(cone: Cone) -> Frustum:
     return Frustum(cone.apex, cone.axis, cone.half_angle, 0.0)
 
 
-def _cone(frustum: Frustum) -> Cone:
+def as_cone(frustum: Frustum) -> Cone:
     """The same cone by its apex; the axis points into the nappe with the data."""
     apex = frustum.origin - frustum.offset / np.sin(frustum.half_angle) * frustum.axis
     side = 1.0 if frustum.half_angle >= 0.0 else -1.0

@@ -18,7 +18,11 @@ MAX_RADIUS = 20.0
 
 
 def fit_cylinder(
-    points: Array, normals: Array, sigma: float, start: Cylinder | None = None
+    points: Array,
+    normals: Array,
+    sigma: float,
+    start: Cylinder | None = None,
+    is_draft: bool = False,
 ) -> Cylinder | None:
     """Robust orthogonal-distance cylinder.
 
@@ -28,6 +32,7 @@ def fit_cylinder(
     normals : unit normals, shape ``(n, 3)``; used for start values only.
     sigma : noise along the normal, spacings.
     start : start value; by default the best of several.
+    is_draft : see :func:`crispline.fit.robust.fit_distances`.
 
     Returns
     -------
@@ -38,7 +43,7 @@ def fit_cylinder(
         return None
     kept = coarse(len(points))
     starts = _starts(points[kept], normals[kept]) if start is None else iter([start])
-    cylinder = fit_distances(MODEL, (_anchored(s, points) for s in starts), points, sigma)
+    cylinder = fit_distances(MODEL, (_anchored(s, points) for s in starts), points, sigma, is_draft)
     if cylinder is None or not 0.0 < cylinder.radius < MAX_RADIUS * extent(points):
         return None
     return _anchored(cylinder, points)

@@ -13,7 +13,11 @@ MIN_POINTS = 3
 
 
 def fit_plane(
-    points: Array, normals: Array, sigma: float, start: Plane | None = None
+    points: Array,
+    normals: Array,
+    sigma: float,
+    start: Plane | None = None,
+    is_draft: bool = False,
 ) -> Plane | None:
     """Robust orthogonal-distance plane.
 
@@ -23,6 +27,7 @@ def fit_plane(
     normals : oriented unit normals, shape ``(n, 3)``; they choose the side only.
     sigma : noise along the normal, spacings.
     start : start value; by default the total least-squares plane.
+    is_draft : see :func:`crispline.fit.robust.fit_distances`.
 
     Returns
     -------
@@ -36,7 +41,7 @@ def fit_plane(
     if spread[1] <= 1e-9 * spread[0]:
         return None
     starts = [Plane(centroid, directions[2]) if start is None else start]
-    plane = fit_distances(MODEL, starts, points, sigma)
+    plane = fit_distances(MODEL, starts, points, sigma, is_draft)
     if plane is None:
         return None
     side = 1.0 if float(np.sum(normals @ plane.normal)) >= 0.0 else -1.0

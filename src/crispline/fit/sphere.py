@@ -18,7 +18,11 @@ MAX_RADIUS = 20.0
 
 
 def fit_sphere(
-    points: Array, normals: Array, sigma: float, start: Sphere | None = None
+    points: Array,
+    normals: Array,
+    sigma: float,
+    start: Sphere | None = None,
+    is_draft: bool = False,
 ) -> Sphere | None:
     """Robust orthogonal-distance sphere.
 
@@ -28,6 +32,7 @@ def fit_sphere(
     normals : unit normals, shape ``(n, 3)``; used for start values only.
     sigma : noise along the normal, spacings.
     start : start value; by default the better of two.
+    is_draft : see :func:`crispline.fit.robust.fit_distances`.
 
     Returns
     -------
@@ -37,7 +42,7 @@ def fit_sphere(
         return None
     kept = coarse(len(points))
     starts = _starts(points[kept], normals[kept]) if start is None else iter([start])
-    sphere = fit_distances(MODEL, starts, points, sigma)
+    sphere = fit_distances(MODEL, starts, points, sigma, is_draft)
     if sphere is None or not 0.0 < sphere.radius < MAX_RADIUS * extent(points):
         return None
     return sphere

@@ -19,9 +19,9 @@ def solve_control_points(
     rows: sp.csr_array,
     targets: Array,
     weights: Array,
-    smoothing: float,
+    roughness: sp.csr_array,
 ) -> BSplineSurface:
-    """Minimise ``sum w |S(u, v) - target|^2 + smoothing * bending energy``.
+    """Minimise ``sum w |S(u, v) - target|^2`` plus a quadratic form of the control points.
 
     Parameters
     ----------
@@ -29,15 +29,15 @@ def solve_control_points(
     rows : tensor basis at the data's parameters, shape ``(n, n_u n_v)``; see :func:`tensor_rows`.
     targets : shape ``(n, 3)``.
     weights : shape ``(n,)``, not negative.
-    smoothing : weight of :func:`bending_energy`, positive: it alone determines
-        control points without data.
+    roughness : a positive multiple of :func:`bending_energy`, which alone
+        determines control points without data.
 
     Notes
     -----
     The normal equations are banded and kept well conditioned by the local
     support of B-splines and the bending energy; they are factorised, not inverted.
     """
-    matrix = rows.T @ (rows * weights[:, None]) + smoothing * bending_energy(*knots)
+    matrix = rows.T @ (rows * weights[:, None]) + roughness
     right = rows.T @ (targets * weights[:, None])
     control_points = splu(sp.csc_array(matrix), permc_spec="MMD_AT_PLUS_A").solve(right)
     n_u, n_v = (len(k) - DEGREE - 1 for k in knots)

@@ -20,7 +20,11 @@ _N_TILTS = 6
 
 
 def fit_torus(
-    points: Array, normals: Array, sigma: float, start: Torus | None = None
+    points: Array,
+    normals: Array,
+    sigma: float,
+    start: Torus | None = None,
+    is_draft: bool = False,
 ) -> Torus | None:
     """Robust orthogonal-distance torus.
 
@@ -30,6 +34,7 @@ def fit_torus(
     normals : unit normals, shape ``(n, 3)``; used for start values only.
     sigma : noise along the normal, spacings.
     start : start value; by default the best of several.
+    is_draft : see :func:`crispline.fit.robust.fit_distances`.
 
     Returns
     -------
@@ -40,7 +45,7 @@ def fit_torus(
         return None
     kept = coarse(len(points))
     starts = _starts(points[kept], normals[kept]) if start is None else iter([start])
-    torus = fit_distances(MODEL, starts, points, sigma)
+    torus = fit_distances(MODEL, starts, points, sigma, is_draft)
     if torus is None:
         return None
     is_ring = 0.0 < torus.minor_radius < torus.major_radius

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
 from crispline.surface.base import Array
 
@@ -66,6 +67,24 @@ class HalfEdges:
             f"the net over the cloud is open at {len(loose)} sides, most of them near "
             "({:.4g}, {:.4g}, {:.4g}); ".format(*place)
             + "scan the missing stretch, or more densely where walls are thin"
+        )
+
+    def rims(self, vertices: Array) -> str:
+        """How many free borders there are and how long the longest is, for a warning.
+
+        Parameters
+        ----------
+        vertices : positions in the unit of the length, shape ``(n, 3)``.
+        """
+        loose = self.twin < 0
+        tail, head = self.origin[loose], self.target[loose]
+        links = coo_array((np.ones(len(tail)), (tail, head)), shape=(self.n_vertices,) * 2)
+        _, rim = connected_components(links, directed=False)
+        length = np.bincount(rim[tail], np.linalg.norm(vertices[tail] - vertices[head], axis=1))
+        n_rims = int(np.count_nonzero(length))
+        return (
+            f"open shell: the scan is not closed; {n_rims} free borders, "
+            f"the longest {length.max(initial=0.0):.4g} long"
         )
 
     def neighbours(self) -> Index:

@@ -2,27 +2,38 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import os
-import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import pynanoinstantmeshes
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from skimage.measure import marching_cubes
+from scipy.spatial import cKDTree
 
+from crispline.cloud.nearest import nearest
 from crispline.cloud.working import WorkingCloud
-from crispline.errors import ReconstructionError
 from crispline.net.halfedge import half_edges
-from crispline.net.poisson import Indicator, point_areas, poisson_indicator
+from crispline.net.level_set import solid_mesh
+from crispline.net.loops import (
+    border_loops,
+    with_quad_holes_filled,
+    with_small_holes_filled,
+    without_pinches,
+)
+from crispline.net.mesh import TriangleMesh, clipped, compact
+from crispline.net.poisson import point_areas, poisson_indicator
 from crispline.net.projection import project_to_cloud
+from crispline.net.remesh import quads_over
+from crispline.net.signed_distance import sheet_mesh
+from crispline.net.support import Coverage, coverage, local_spacings, support
+from crispline.net.trim import Trimmed, trimmed, without_crumbs
 from crispline.options import NetOptions
 from crispline.surface.base import Array
+
+_OVERHANG = 2.0  # how far an open surface runs on over its end before it is trimmed
+_MAX_LOCAL_SPACING = 4.0
+_UNCOVERED = 3.0  # points this far from the closed surface are not on it ...
+_MAX_UNCOVERED = 0.01  # ... and if more than this share is not, the scan is not closed
+_LONGEST_HOLE = 12  # sides of a hole that the mesher left by accident
 
 
 @dataclass(frozen=True)
@@ -33,10 +44,14 @@ class QuadNet:
     ----------
     vertices : shape ``(n, 3)``, spacings; every vertex is used by a quad.
     quads : vertex indices, counter-clockwise from outside, shape ``(m, 4)``.
+    is_open : whether the scan is not closed, so that the net ends where the points do.
+    notes : sentences for the user about what was left out.
     """
 
     vertices: Array
     quads: NDArray[np.int64]
+    is_open: bool = False
+    notes: tuple[str, ...] = ()
 
     @property
     def edge_length(self) -> float:
@@ -50,110 +65,134 @@ def quad_net(
 ) -> QuadNet:
     """Pure quad mesh over a cloud with outward normals.
 
-    Poisson indicator, marching cubes, projection onto the cloud, field-aligned
-    quad meshing (Jakob et al. 2015), projection again.
+    A closed surface is the level set of the Poisson indicator. If that spans gaps wider
+    than ``options.fill_holes``, or misses points, the scan is open: then the surface is
+    the zero of the signed distance near the points. Either is projected onto the cloud,
+    meshed with quads (Jakob et al. 2015) and projected again.
 
     Raises
     ------
     ReconstructionError
-        If the indicator has no level set, or the mesher returns no quads.
+        If there is no surface through the points, or the mesher returns no quads.
     """
-    areas = point_areas(cloud.distances)
-    indicator = poisson_indicator(cloud.points, normals, areas, threads=threads)
-    vertices, triangles = _level_set(indicator, cloud.points, areas)
-    before, after = options.projection_steps
-    vertices = project_to_cloud(vertices, cloud.tree, normals, before, threads)
-    # The mesher leaves a hole now and then; another edge length lays the quads anew.
-    fewest = math.inf
-    for length in options.edge_lengths:
-        net = _quads_over(vertices, triangles, length)
-        n_open = int(np.sum(half_edges(net.quads, len(net.vertices)).twin < 0))
-        if n_open < fewest:
-            best, fewest = net, n_open
-        if n_open == 0:
-            break
-    projected = project_to_cloud(best.vertices, cloud.tree, normals, after, threads)
-    return _outward(QuadNet(projected, best.quads))
+    builder = _Builder(cloud, normals, options, threads)
+    if options.surface == "open":
+        return builder.open_net()
+    mesh = builder.closed_mesh()
+    if options.surface == "auto" and builder.leaves_gaps(mesh):
+        return builder.open_net()
+    return builder.closed_net(mesh)
 
 
-def _quads_over(vertices: Array, triangles: NDArray[np.int64], edge_length: float) -> QuadNet:
-    """Quad mesh over a triangle mesh.
+@dataclass(frozen=True)
+class _Builder:
+    """What both kinds of net are made from."""
 
-    Raises
-    ------
-    ReconstructionError
-        If there are no quads.
-    """
-    with _quiet_stdout():
-        vertices, quads = pynanoinstantmeshes.remesh(
-            vertices.astype(np.float32),
-            triangles.astype(np.uint32),
-            vertex_count=-1,
-            scale=2.0 * edge_length,  # the mesher halves it when it makes pure quads
-            creaseAngle=-1.0,  # 0 would make every edge a crease
-            deterministic=True,
-            smooth_iter=2,
-            extrinsic=True,
-            align_to_boundaries=False,
+    cloud: WorkingCloud
+    normals: Array
+    options: NetOptions
+    threads: int
+
+    @property
+    def _spacing(self) -> Array:
+        return local_spacings(self.cloud.distances)
+
+    def closed_mesh(self) -> TriangleMesh:
+        """Closed triangle mesh, on the points as far as there are any."""
+        areas = point_areas(self.cloud.distances)
+        indicator = poisson_indicator(self.cloud.points, self.normals, areas, threads=self.threads)
+        return self._on_cloud(solid_mesh(indicator, self.cloud.points, areas))
+
+    def leaves_gaps(self, mesh: TriangleMesh) -> bool:
+        """Whether a closed mesh spans gaps that are too wide to be filled, or misses points."""
+        distance, _ = nearest(cKDTree(mesh.vertices), self.cloud.points, 1, self.threads)
+        if np.mean(distance > _UNCOVERED) > _MAX_UNCOVERED:
+            return True
+        return len(self._coverage(mesh).widths) > 0
+
+    def closed_net(self, mesh: TriangleMesh) -> QuadNet:
+        """Quads over a closed mesh."""
+        # The mesher leaves a hole now and then; another edge length lays the quads anew.
+        fewest = math.inf
+        for length in self.options.edge_lengths:
+            net = with_quad_holes_filled(*quads_over(mesh, length), _LONGEST_HOLE)
+            n_open = int(np.sum(half_edges(net[1], len(net[0])).twin < 0))
+            if n_open < fewest:
+                best, fewest = net, n_open
+            if n_open == 0:
+                break
+        vertices = self._project(best[0], self.options.projection_steps[1])
+        return _outward(QuadNet(vertices, best[1], notes=()))
+
+    def open_net(self) -> QuadNet:
+        """Quads over the points, ending where the points end."""
+        reach = max(2.0 * _OVERHANG, 0.5 * self.options.fill_holes + 1.5)
+        spacing = np.clip(self._spacing, 1.0, _MAX_LOCAL_SPACING)
+        mesh = sheet_mesh(self.cloud.tree, self.normals, spacing, reach, self.threads)
+        mesh = self._on_cloud(mesh)
+        cover = self._coverage(mesh)
+        overhang = np.where(cover.is_notch, 0.0, _OVERHANG)
+        mesh = clipped(mesh, cover.value + overhang)
+        mesh = compact(mesh.vertices, without_pinches(mesh.triangles))
+        mesh = with_small_holes_filled(mesh, self.options.fill_holes)
+        fewest = math.inf
+        for length in self.options.edge_lengths:
+            net = self._trimmed(*quads_over(mesh, length))
+            n_odd = _n_short_sides(net.quads)
+            if n_odd < fewest:
+                best, fewest = net, n_odd
+            if n_odd == 0:
+                break
+        vertices = self._project(best.vertices, 1)
+        notes: tuple[str, ...] = ()
+        if best.n_lost_pieces:
+            notes = (
+                f"{best.n_lost_pieces} pieces of surface with {best.n_lost_points} points are "
+                f"smaller than {self.options.min_piece} points each and were left out",
+            )
+        return QuadNet(vertices, best.quads, is_open=True, notes=notes)
+
+    def _trimmed(self, vertices: Array, quads: NDArray[np.int64]) -> Trimmed:
+        vertices = self._project(vertices, self.options.projection_steps[1])
+        cut = trimmed(
+            vertices,
+            quads,
+            self.cloud.tree,
+            self._spacing,
+            self.options.fill_holes,
+            self.options.min_piece,
+            self.threads,
         )
-    if len(quads) == 0:
-        raise ReconstructionError(
-            "quad meshing of the cloud gave no quads; the part may be smaller than "
-            "a few point spacings: scan it more densely"
+        filled = with_quad_holes_filled(cut.vertices, cut.quads, _LONGEST_HOLE)
+        return Trimmed(*filled, cut.n_lost_pieces, cut.n_lost_points)
+
+    def _on_cloud(self, mesh: TriangleMesh) -> TriangleMesh:
+        """The mesh without crumbs, projected onto the points."""
+        vertices, triangles, _ = without_crumbs(
+            mesh.vertices, mesh.triangles, self.cloud.tree, self.options.min_piece, self.threads
         )
-    return _compact(np.asarray(vertices, dtype=np.float64), np.asarray(quads, dtype=np.int64))
+        return TriangleMesh(self._project(vertices, self.options.projection_steps[0]), triangles)
+
+    def _coverage(self, mesh: TriangleMesh) -> Coverage:
+        found = support(mesh.vertices, mesh.normals(), self.cloud.tree, self._spacing, self.threads)
+        on_border = np.zeros(len(mesh.vertices), dtype=bool)
+        on_border[mesh.borders().ravel()] = True
+        fill = self.options.fill_holes
+        return coverage(mesh.vertices, mesh.links(), on_border, found, fill)
+
+    def _project(self, vertices: Array, n_steps: int) -> Array:
+        return project_to_cloud(vertices, self.cloud.tree, self.normals, n_steps, self.threads)
 
 
-def _level_set(
-    indicator: Indicator, points: Array, areas: Array
-) -> tuple[Array, NDArray[np.int64]]:
-    """Triangles of the indicator's level at the points, without crumbs."""
-    level = float(np.average(indicator.at(points), weights=areas))
-    try:
-        vertices, triangles, _, _ = marching_cubes(indicator.values, level, allow_degenerate=False)
-    except (ValueError, RuntimeError) as error:
-        raise ReconstructionError(
-            "no surface could be found through the cloud: the points do not enclose a part; "
-            "check the columns of the file and that the scan covers the part"
-        ) from error
-    # Crumbs: level sets round stray points.
-    n = len(vertices)
-    links = coo_array(
-        (np.ones(2 * len(triangles)), (triangles[:, :2].ravel(), triangles[:, 1:].ravel())),
-        shape=(n, n),
-    )
-    _, piece = connected_components(links, directed=False)
-    size = np.bincount(piece[triangles[:, 0]], minlength=piece.max() + 1)
-    triangles = triangles[size[piece[triangles[:, 0]]] > 0.02 * size.max()]
-    compact = _compact(indicator.origin + indicator.cell * vertices, triangles.astype(np.int64))
-    return compact.vertices, compact.quads
-
-
-def _compact(vertices: Array, polygons: NDArray[np.int64]) -> QuadNet:
-    used, renumbered = np.unique(polygons, return_inverse=True)
-    return QuadNet(vertices[used], renumbered.reshape(polygons.shape))
+def _n_short_sides(quads: NDArray[np.int64]) -> int:
+    """Sides of the border loops that are too short for the end of a scan."""
+    return sum(len(loop) for loop in border_loops(quads) if len(loop) <= _LONGEST_HOLE)
 
 
 def _outward(net: QuadNet) -> QuadNet:
     """The net with quads counter-clockwise from outside (positive enclosed volume)."""
     a, b, c, d = (net.vertices[net.quads[:, i]] for i in range(4))
     volume = np.einsum("ij,ij->", a, np.cross(b, c)) + np.einsum("ij,ij->", a, np.cross(c, d))
-    return net if volume >= 0.0 else QuadNet(net.vertices, net.quads[:, ::-1].copy())
-
-
-@contextlib.contextmanager
-def _quiet_stdout() -> Iterator[None]:
-    """Silence a C++ library that writes progress to the process's standard output."""
-    sys.stdout.flush()
-    try:
-        saved = os.dup(1)
-    except OSError:  # no standard output at all, as under some services
-        yield
-        return
-    with open(os.devnull, "w") as sink:
-        os.dup2(sink.fileno(), 1)
-        try:
-            yield
-        finally:
-            os.dup2(saved, 1)
-            os.close(saved)
+    if volume >= 0.0:
+        return net
+    return QuadNet(net.vertices, net.quads[:, ::-1].copy(), net.is_open, net.notes)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from crispline.options import RegionOptions
 from crispline.surface.base import Array
@@ -49,6 +49,10 @@ def basins(
     label[(label >= 0) & (size[np.maximum(label, 0)] < options.min_patches)] = -1
     label = grow_into_gaps(label, pairs[~cut], centres, normals)
     label = grow_into_gaps(label, pairs, centres, normals)
+    # A piece without a single smooth basin, such as a narrow strip, is one region.
+    bare = label < 0
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(m, m))
+    label[bare] = m + connected_components(links, directed=False)[1][bare]
     return consecutive(label)
 
 

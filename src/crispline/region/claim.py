@@ -26,6 +26,7 @@ class Claim:
 
     def __init__(self, fit: RegionFit, evidence: Evidence, options: RegionOptions) -> None:
         self._fit, self._evidence, self._options = fit, evidence, options
+        self._first, self._second = evidence.graph.pairs.T
         # Zeros that nobody touches take no memory, and most of these stay untouched.
         self._patches = np.zeros(len(evidence.graph))
         self._sides = np.zeros(len(evidence.graph.pairs))
@@ -51,7 +52,7 @@ class Claim:
         intersect, and surfaces that do not meet make room for what is between them.
         Sides of no patch of the mask ``within`` cost the cap.
         """
-        beside = within[self._evidence.graph.pairs].any(axis=1)
+        beside = within[self._first] | within[self._second]
         self._evaluate_sides(np.flatnonzero(beside & ~self._has_side))
         excess = np.full(self._sides.shape, self._options.border_miss_cap)
         excess[beside] = self._sides[beside]

@@ -8,6 +8,7 @@ length of the borders; each such move is a minimum cut.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,24 +57,56 @@ def _expand_once(
     band = graph.rings(at_border, options.expansion_rings)
     costs: dict[int, Array] = {}
     weights: dict[int, Array] = {}
+    moves: dict[int, _Reach] = {}
     for region in np.unique(label[band]).tolist():
         within = claims[region].reach(label == region) & band
         costs[region] = claims[region].patch_costs(within)
         weights[region] = claims[region].border_costs(within)
+        moves[region] = _Reach.of(within, graph.pairs)
+    settled: dict[int, Labels] = {}
     for _ in range(_SWEEPS):
         before = label.copy()
-        for region in costs:
-            label = _expansion(region, label, costs, graph.pairs, weights)
+        for region, reach in moves.items():
+            # A region gains nothing twice where nothing has changed since.
+            if region in settled and np.array_equal(label[reach.ends], settled[region]):
+                continue
+            label = _expansion(region, label, costs, reach, weights)
+            settled[region] = label[reach.ends]
         if np.array_equal(label, before):
             break
     return label
+
+
+@dataclass(frozen=True)
+class _Reach:
+    """The patches that a region may take and the sides of these.
+
+    Attributes
+    ----------
+    patches : shape ``(n,)``.
+    sides : indices of the sides with at least one such patch, shape ``(k,)``.
+    ends : the patches of these sides, shape ``(2, k)``.
+    places : where these stand among ``patches``, or -1, shape ``(2, k)``.
+    """
+
+    patches: NDArray[np.int64]
+    sides: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    places: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, within: NDArray[np.bool_], pairs: NDArray[np.int64]) -> _Reach:
+        sides = np.flatnonzero(within[pairs[:, 0]] | within[pairs[:, 1]])
+        ends = pairs[sides].T
+        places = np.where(within, np.cumsum(within) - 1, -1)[ends]
+        return cls(np.flatnonzero(within), sides, ends, places)
 
 
 def _expansion(
     region: int,
     label: Labels,
     costs: Mapping[int, Array],
-    pairs: NDArray[np.int64],
+    reach: _Reach,
     weights: Mapping[int, Array],
 ) -> Labels:
     """The best labelling in which patches either keep their label or take ``region``.
@@ -81,44 +114,40 @@ def _expansion(
     A side between labels ``a`` and ``b`` costs ``weights[a] + weights[b]`` there,
     which is a metric on the labels, as expansion moves need.
     """
-    own = costs[region]
-    active = np.flatnonzero(own < OUT_OF_REACH)
+    active = reach.patches
     if len(active) == 0:
         return label
-    index = np.full(len(label), -1)
-    index[active] = np.arange(len(active))
+    held = label[active]
     current = np.zeros(len(active))
-    for other in np.unique(label[active]).tolist():
-        held = label[active] == other
-        current[held] = costs[other][active[held]]
-    gain = own[active] - current  # cost of taking the region, relative to keeping the label
+    for other in np.unique(held).tolist():
+        current[held == other] = costs[other][active[held == other]]
+    gain = costs[region][active] - current  # cost of taking the region, relative to keeping
 
-    near = np.flatnonzero((index[pairs] >= 0).any(axis=1))
-    p, q = pairs[near].T
+    near = reach.sides
+    label_p, label_q = label[reach.ends]
     weight_p, weight_q = np.zeros(len(near)), np.zeros(len(near))
-    for other in np.unique(label[pairs[near]]).tolist():
-        for ends, weight in ((p, weight_p), (q, weight_q)):
-            held = label[ends] == other
-            weight[held] = weights[other][near[held]]
+    for other in np.unique(np.concatenate([label_p, label_q])).tolist():
+        for labels, weight in ((label_p, weight_p), (label_q, weight_q)):
+            weight[labels == other] = weights[other][near[labels == other]]
     own_weight = weights[region][near]
-    cost_keep = (weight_p + weight_q) * (label[p] != label[q])
-    cost_p_keeps = (weight_p + own_weight) * (label[p] != region)  # and q takes the region
-    cost_q_keeps = (weight_q + own_weight) * (label[q] != region)
-    p_in, q_in = index[p] >= 0, index[q] >= 0
-    only_p, only_q, both = p_in & ~q_in, q_in & ~p_in, p_in & q_in
-    np.add.at(gain, index[p[only_p]], (cost_q_keeps - cost_keep)[only_p])
-    np.add.at(gain, index[q[only_q]], (cost_p_keeps - cost_keep)[only_q])
+    cost_keep = (weight_p + weight_q) * (label_p != label_q)
+    cost_p_keeps = (weight_p + own_weight) * (label_p != region)  # and q takes the region
+    cost_q_keeps = (weight_q + own_weight) * (label_q != region)
+    p, q = reach.places
+    only_p, only_q, both = q < 0, p < 0, (p >= 0) & (q >= 0)
+    np.add.at(gain, p[only_p], (cost_q_keeps - cost_keep)[only_p])
+    np.add.at(gain, q[only_q], (cost_p_keeps - cost_keep)[only_q])
     # Kolmogorov and Zabih 2004: a regular pair term is two unary terms and one arc.
-    np.add.at(gain, index[p[both]], (cost_q_keeps - cost_keep)[both])
-    np.add.at(gain, index[q[both]], -cost_q_keeps[both])
+    np.add.at(gain, p[both], (cost_q_keeps - cost_keep)[both])
+    np.add.at(gain, q[both], -cost_q_keeps[both])
     arc = (cost_p_keeps + cost_q_keeps - cost_keep)[both]
-    gain[label[active] == region] = -OUT_OF_REACH  # keeping and taking are the same
+    gain[held == region] = -OUT_OF_REACH  # keeping and taking are the same
 
     n = len(active)
     source, sink = n, n + 1
     keeps, takes = np.flatnonzero(gain > 0.0), np.flatnonzero(gain <= 0.0)
-    tail = np.concatenate([np.full(len(keeps), source), takes, index[p[both]]])
-    head = np.concatenate([keeps, np.full(len(takes), sink), index[q[both]]])
+    tail = np.concatenate([np.full(len(keeps), source), takes, p[both]])
+    head = np.concatenate([keeps, np.full(len(takes), sink), q[both]])
     capacity = np.round(_SCALE * np.concatenate([gain[keeps], -gain[takes], arc]))
     graph = csr_array((capacity.astype(np.int32), (tail, head)), shape=(n + 2, n + 2))
     graph.sum_duplicates()

@@ -18,6 +18,7 @@ from crispline.surface.base import Array
 
 _MIN_POINTS = 30
 _CLEAR_SHARE = 1 / 3
+_FAR = 4.0  # beyond every distance that fits ask about, spacings
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,8 @@ class LabelledCloud:
     ----------
     points, normals : shape ``(n, 3)``, spacings; normals outward.
     region : label of the nearest patch, shape ``(n,)``.
-    clearance : distance to the nearest region border, shape ``(n,)``, spacings.
+    clearance : distance to the nearest region border, shape ``(n,)``, spacings; infinite
+        beyond 4.
     """
 
     points: Array
@@ -61,7 +63,9 @@ def label_cloud(
     ends = net_vertices[quads.origin[border]], net_vertices[quads.target[border]]
     if border.any():
         marks = np.concatenate([ends[0], 0.5 * (ends[0] + ends[1])])
-        clearance, _ = cKDTree(marks).query(evidence.points, workers=evidence.threads)
+        clearance, _ = cKDTree(marks).query(
+            evidence.points, distance_upper_bound=_FAR, workers=evidence.threads
+        )
     else:
         clearance = np.full(len(evidence.points), np.inf)
     return LabelledCloud(

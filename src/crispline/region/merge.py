@@ -12,7 +12,7 @@ from crispline.options import FitOptions, RegionOptions
 from crispline.region.fitting import LabelledCloud
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Surface
+from crispline.surface import Cylinder, Surface
 from crispline.surface.base import Array
 
 Pair = tuple[int, int]
@@ -22,6 +22,8 @@ _CHI_SQUARE_CAP = 16.0
 _NOISE_SHARE = 0.02  # fits differ by this much per point for reasons that are no faces
 _COMPARABLE = 0.2  # share of the larger piece's points that the smaller must have
 _FINER = 1.7  # control points of a B-spline over its own before it took a neighbour; steps are 1.5
+_SWEEP_RATIO = 1.15  # of the radii of two cylinders that approximate one bent round ...
+_SWEEP_DEG = 15.0  # ... and the turn of its axis from one to the other
 _JOINT_KINDS = ("plane", "cylinder", "cone", "sphere")
 
 
@@ -115,15 +117,15 @@ def _is_one_free_form(
 ) -> bool:
     """Whether one B-spline explains two smooth neighbours as pieces of one free-form face.
 
-    Either both are shallow pieces of comparable size, or a B-spline goes on over
+    Either both are pieces of comparable size, shallow or of one sweep, or a B-spline goes on over
     its neighbour without becoming much finer. A B-spline fine enough explains
     any smooth neighbour, fillets and planes too; that would be no explanation.
     """
     splines = [fit.surface.n_parameters for fit in fits if fit.surface.kind == "bspline"]
     sizes = sorted(len(points) for points, _, _ in parts)
-    if not splines and (
-        sizes[0] < _COMPARABLE * sizes[1] or not all(_is_shallow(fit, options) for fit in fits)
-    ):
+    if not splines and sizes[0] < _COMPARABLE * sizes[1]:
+        return False
+    if not (splines or _is_sweep(fits) or all(_is_shallow(fit, options) for fit in fits)):
         return False
     points = np.concatenate([points for points, _, _ in parts])
     normals = np.concatenate([normals for _, normals, _ in parts])
@@ -132,6 +134,16 @@ def _is_one_free_form(
     if free is None or (splines and free.n_parameters > _FINER * max(splines)):
         return False
     return all(explains(free, points, normals, sigma, options) for points, normals, _ in parts)
+
+
+def _is_sweep(fits: list[RegionFit]) -> bool:
+    """Whether two cylinders differ little: pieces of a round that bends, a fillet for instance."""
+    first, second = (fit.surface for fit in fits)
+    if not (isinstance(first, Cylinder) and isinstance(second, Cylinder)):
+        return False
+    ratio = first.radius / second.radius
+    turn = np.degrees(np.arccos(min(abs(float(first.axis @ second.axis)), 1.0)))
+    return bool(1.0 / _SWEEP_RATIO < ratio < _SWEEP_RATIO and turn < _SWEEP_DEG)
 
 
 def _is_shallow(fit: RegionFit, options: FitOptions) -> bool:

@@ -48,6 +48,10 @@ class PatchGraph:
 
     def rings(self, members: NDArray[np.bool_], n: int) -> NDArray[np.bool_]:
         """``members`` grown by ``n`` rings of patches, shape ``(m,)``."""
+        grown = members.copy()
+        front = np.flatnonzero(members)
         for _ in range(n):
-            members = members | (self.adjacency @ members.astype(np.float64) > 0.0)
-        return members
+            beside = self.adjacency[front].indices
+            front = np.unique(beside[~grown[beside]])
+            grown[front] = True
+        return grown

@@ -174,7 +174,7 @@ def _grow(
     surface: Surface | None = None
     for _ in range(_GROWTH_STEPS):
         sample = current[thinned(len(current), _N_FIT)]
-        surface = PRIMITIVE_FITS[kind](points[sample], normals[sample], sigma)
+        surface = PRIMITIVE_FITS[kind](points[sample], normals[sample], sigma, None, True)
         if surface is None:
             return None
         feet, directions = surface.project(points)

@@ -32,6 +32,8 @@ def render_summary(summary: Mapping[str, Any]) -> RenderableType:
         Text(_verdict(summary), style="bold green" if summary["valid"] else "bold red"),
         Text(f"spacing {spacing:.4g}, noise {noise:.4g} ({noise / spacing:.2f} spacings)"),
     ]
+    if summary.get("residuals") is not None:
+        blocks.append(Text(summary["verdict"]))
     if summary["faces"]:
         blocks.append(_face_table(summary["faces"]))
     blocks.append(Text(_edge_line(summary["edges"], len(summary["corners"]))))
@@ -49,18 +51,24 @@ def _verdict(summary: Mapping[str, Any]) -> str:
 
 def _face_table(faces: Iterable[Mapping[str, Any]]) -> Table:
     table = Table("face", "kind", "parameters", box=None, pad_edge=False, header_style="bold")
-    for name in ("area", "points", "rms", "p95", "max"):
+    for name in ("area", "points", "rms", "p95", "max", "mean", "3 sigma"):
         table.add_column(name, justify="right")
     for index, face in enumerate(faces):
         table.add_row(
             str(index),
             face["kind"],
             Text(", ".join(_parameters(face["parameters"]))),
-            f"{face['area']:.4g}",
+            number(face["area"], 4),
             str(face["n_points"]),
-            *(f"{face[name]:.2g}" for name in ("rms", "p95", "max")),
+            *(number(face[name]) for name in ("rms", "p95", "max", "mean")),
+            "-" if face.get("explained") is None else f"{100.0 * face['explained']:.0f} %",
         )
     return table
+
+
+def number(value: float | None, digits: int = 2) -> str:
+    """A number for a table; a dash for None."""
+    return "-" if value is None else f"{value:.{digits}g}"
 
 
 def _parameters(parameters: Mapping[str, Any]) -> Iterable[str]:

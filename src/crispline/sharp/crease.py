@@ -19,6 +19,7 @@ from crispline.region.regionfit import RegionFit
 from crispline.sharp.contact import Branch, Contact
 from crispline.sharp.intersect import Constraint, angles, distance, intersect
 from crispline.sharp.refine import curve_along
+from crispline.sharp.rim import rim_curve
 from crispline.sharp.trace import MAX_MOVE, Guide, forward, is_sane, traced
 from crispline.surface import Surface
 from crispline.surface.base import Array
@@ -29,6 +30,8 @@ MIN_CROSSING_DEG = 12.0
 """Surfaces that meet at less than this touch rather than cross."""
 
 _MAX_GAP = 1e-3
+_MAX_TOUCH = 0.02
+_MIN_KINK_DEG = 2.0  # shallower crossings are too far off along the surfaces
 _EXACT = 1e-9
 _MAX_BRANCH_SPREAD = 0.3
 
@@ -80,21 +83,43 @@ class Crease:
 
 
 def border_between(guide: Guide, sides: Sequence[RegionFit], options: LocateOptions) -> Border:
-    """Decide whether the surfaces on the two sides of a border cross or touch there."""
+    """Decide whether the surfaces on the two sides of a border cross or touch there.
+
+    Surfaces at a small angle that do not touch, but cross, cross: the curve of equal
+    normals would lie beside both.
+    """
     surfaces = tuple(side.surface for side in sides)
     orientations = tuple(side.orientation for side in sides)
     crossing = Border(guide, surfaces, orientations, surfaces)
-    if len(surfaces) < 2:
+    touching = touching_border(guide, sides, options)
+    if touching is None:
         return crossing
     points, gap = intersect(guide.points, surfaces)
     close = np.linalg.norm(points - guide.points, axis=1) <= MAX_MOVE
+    if not close.all() or gap.max() >= _MAX_GAP:
+        return touching
+    least = np.degrees(angles(points, surfaces, orientations).min())
+    if least >= MIN_CROSSING_DEG:
+        return crossing
+    contact, _ = intersect(guide.points, touching.constraints)
+    is_near = np.linalg.norm(contact - guide.points, axis=1) <= MAX_MOVE
+    touches = is_near.any() and distance(contact[is_near], surfaces).max() <= _MAX_TOUCH
+    return touching if touches or least < _MIN_KINK_DEG else crossing
+
+
+def touching_border(
+    guide: Guide, sides: Sequence[RegionFit], options: LocateOptions
+) -> Border | None:
+    """The border as the curve of equal normals; None where the surfaces meet at an angle."""
+    surfaces = tuple(side.surface for side in sides)
+    orientations = tuple(side.orientation for side in sides)
+    if len(surfaces) < 2:
+        return None
+    points, _ = intersect(guide.points, surfaces)
+    close = np.linalg.norm(points - guide.points, axis=1) <= MAX_MOVE
     at = points if close.mean() > 0.5 else guide.points
-    angle = angles(at, surfaces, orientations)
-    crosses_cleanly = close.all() and gap.max() < _MAX_GAP
-    if np.degrees(np.median(angle)) >= options.smooth_angle_deg:
-        return crossing
-    if crosses_cleanly and np.degrees(angle.min()) >= MIN_CROSSING_DEG:
-        return crossing
+    if np.degrees(np.median(angles(at, surfaces, orientations))) >= options.smooth_angle_deg:
+        return None
     contact = Contact(surfaces[0], surfaces[1], orientations[0] * orientations[1])
     return Border(guide, surfaces, orientations, (*surfaces, contact))
 
@@ -154,6 +179,9 @@ def locate_crease(
         joined by the curve.
     """
     guide = border.guide
+    if len(border.surfaces) == 1:
+        rim = rim_curve(guide, border.surfaces[0], ends, options)
+        return Crease(rim, curve_gap(rim, border.surfaces), is_fallback=False)
     slack = 0.0
     feet = ends
     if ends is not None:
@@ -163,13 +191,12 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
-    if len(border.surfaces) == 2:
-        for points in traced(guide, border.constraints, feet, max_gap):
-            if is_sane(points, guide, slack, cloud, max_cloud_distance):
-                curve = curve_along(points, ends, border.constraints, options)
-                return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=False)
+    for points in traced(guide, border.constraints, feet, max_gap):
+        if is_sane(points, guide, slack, cloud, max_cloud_distance):
+            curve = curve_along(points, ends, border.constraints, options)
+            return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=False)
     curve = _smoothed_border(border, ends)
-    return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=len(border.surfaces) == 2)
+    return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=True)
 
 
 def curve_gap(curve: Curve, surfaces: Sequence[Surface]) -> float:

@@ -30,6 +30,10 @@ class Detection:
     is_sharp: Mask
     threshold: float
 
+    def kinds(self) -> NDArray[np.uint8]:
+        """0 flat, 1 curved, 2 sharp, shape ``(m,)``."""
+        return np.add(self.is_curved, self.is_sharp, dtype=np.uint8)
+
 
 def detect(
     curvature: Array,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from crispline.cloud.nearest import nearest
 from crispline.model import Edge, Face, Model
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
@@ -28,8 +29,11 @@ from crispline.sharp.crease import (
 from crispline.sharp.intersect import distance
 from crispline.sharp.network import chains_at, contracted, corner_vertices, labels_beside
 from crispline.sharp.revise import collapsible_chain, split_at_branches
+from crispline.sharp.rim import split_at_kinks
 from crispline.sharp.trace import guide_along
 from crispline.surface.base import Array, Similarity
+
+_MAX_THINNING = 4.0
 
 
 @dataclass(frozen=True)
@@ -88,8 +92,9 @@ def locate(
     sigma : noise of the raw points, spacings.
     options : what is accepted.
     """
-    search = _Search(regions, cloud, sigma, options)
+    search = _Search(regions, cloud, sigma, _thinning(cloud), options)
     topology = split_at_branches(topology, net_vertices, regions)
+    topology, net_vertices = split_at_kinks(topology, net_vertices, options)
     anchors = corner_vertices(topology)
     borders = [search.border(chain, net_vertices, anchors) for chain in topology.chains]
     corners = {vertex: search.corner(vertex, topology, net_vertices, borders) for vertex in anchors}
@@ -123,6 +128,7 @@ class _Search:
     regions: Mapping[int, RegionFit]
     cloud: cKDTree
     sigma: float
+    thinning: float
     options: LocateOptions
 
     def border(self, chain: Chain, net_vertices: Array, anchors: Collection[int]) -> Border:
@@ -144,7 +150,7 @@ class _Search:
             surfaces,
             contacts_at(net_vertices[vertex], surfaces, [borders[index] for index in around]),
             self.cloud,
-            self.options.corner_cloud_distance + 2.0 * self.sigma,
+            self.thinning * self.options.corner_cloud_distance + 2.0 * self.sigma,
             self.options,
         )
 
@@ -154,8 +160,15 @@ class _Search:
         if not border.guide.is_closed:
             start, end = int(chain.vertices[0]), int(chain.vertices[-1])
             ends = (corners[start].position, corners[end].position)
-        max_cloud_distance = self.options.crease_cloud_distance + 2.0 * self.sigma
+        max_cloud_distance = self.thinning * self.options.crease_cloud_distance + 2.0 * self.sigma
         return locate_crease(border, ends, self.cloud, max_cloud_distance, self.options)
+
+
+def _thinning(cloud: cKDTree) -> float:
+    """Spacing where the cloud is thinnest over the median spacing; 1 for an even cloud."""
+    distance, _ = nearest(cloud, np.asarray(cloud.data), min(9, cloud.n))
+    even, thin = np.quantile(distance[:, -1], [0.5, 0.99])
+    return float(np.clip(thin / max(1.5 * even, 1e-12), 1.0, _MAX_THINNING))
 
 
 def _doubts(

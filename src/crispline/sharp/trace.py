@@ -52,10 +52,14 @@ class Guide:
         return unit(points[np.minimum(index + reach, n - 1)] - points[np.maximum(index - reach, 0)])
 
 
+def smoothing_rounds(n_points: int) -> int:
+    """Rounds that smooth a polyline over at most a twelfth of its length."""
+    return int(np.clip(2.0 * (n_points / 12.0) ** 2, 2, _SMOOTHING_ROUNDS))
+
+
 def guide_along(chain: Array, is_closed: bool) -> Guide:
     """Smooth a chain of net vertices, shape ``(k, 3)``, over at most a twelfth of its length."""
-    n_rounds = int(np.clip(2.0 * (len(chain) / 12.0) ** 2, 2, _SMOOTHING_ROUNDS))
-    smooth = smoothed(chain, n_rounds, is_closed)
+    smooth = smoothed(chain, smoothing_rounds(len(chain)), is_closed)
     n = max(5, int(np.ceil(arc_length(smooth)[-1])) + 1)
     return Guide(resampled(smooth, n), is_closed)
 

@@ -92,7 +92,7 @@ class BSplineSurface(Surface):
             best[lower], best_distance[lower] = uv[lower], distance[is_lower]
             if count == n_steps:
                 break
-            newton = _newton_steps(offset, surface, uv[active], low, high)
+            newton = newton_steps(offset, surface, uv[active], low, high)
             newton = np.clip(newton, -largest, largest)
             # A step that went uphill is retried at a quarter of its length.
             step[active] = np.where(is_lower[:, None], newton, 0.25 * step[active])
@@ -148,7 +148,7 @@ class BSplineSurface(Surface):
         return [(basis_v[dv][:, None, :] @ along_v[du])[:, 0, :] for du, dv in orders]
 
 
-def _newton_steps(offset: Array, surface: list[Array], uv: Array, low: Array, high: Array) -> Array:
+def newton_steps(offset: Array, surface: list[Array], uv: Array, low: Array, high: Array) -> Array:
     """Newton steps ``(n, 2)`` towards the foot points, along the border where it holds them back.
 
     ``surface`` holds S, S_u, S_v, S_uu, S_uv, S_vv. Where the Hessian is not

@@ -1,0 +1,1 @@
+"""Parts modelled with OCCT, scans of them, and the referee that scores reconstructions."""

@@ -1,0 +1,152 @@
+"""The best model that stands: trimmed faces, patches where a region fails, patches only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from crispline.brep.compose import Solid, make_solid
+from crispline.brep.patchsolid import patch_solid
+from crispline.errors import ReconstructionError
+from crispline.model import Model
+from crispline.sharp.patched import LabelledNet, patched
+from crispline.spline.creased import CreasedNet
+from crispline.surface.base import Array, Similarity
+
+_MAX_ROUNDS = 4
+"""How often regions that turn out to fail beside patches become patches too."""
+_MAX_SHARE = 0.5
+"""Share of the quads above which a model of patches only is simpler."""
+_REPAIR_SECONDS = 20.0
+"""Time for repairs of a mixed model, which has a rung below it."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A model in the user's unit, the shape of it, and what the user should know.
+
+    Attributes
+    ----------
+    model : of a shape of patches only, the trimmed model that failed.
+    solid : None if no shape could be built at all.
+    warnings : which regions are patches, and why.
+    """
+
+    model: Model
+    solid: Solid | None
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """What every rung is built from.
+
+    Attributes
+    ----------
+    model : trimmed faces, in the frame where the spacing is 1.
+    source : what the model was located on.
+    net : the sharpened bicubic surface, in that frame.
+    to_user : from that frame to the user's unit.
+    points : the cloud without outliers in the user's unit, shape ``(n, 3)``.
+    max_move : see :func:`crispline.sharp.patched.patched`.
+    """
+
+    model: Model
+    source: LabelledNet
+    net: CreasedNet
+    to_user: Similarity
+    points: Array
+    max_move: float
+
+    @property
+    def spacing(self) -> float:
+        """Of the points, in the user's unit."""
+        return self.to_user.scale
+
+    def climb(self, kind: Literal["auto", "trimmed", "patches"]) -> Attempt:
+        """The first rung that holds, or the one with the fewest faults, see `Solid.check`.
+
+        Parameters
+        ----------
+        kind : ``auto`` goes from trimmed faces to patches; the others try one rung only.
+        """
+        model = self.model.transformed(self.to_user)
+        if kind == "patches":
+            return Attempt(model, *self._patches())
+        first = _tried(lambda: make_solid(model, self.points, self.spacing))
+        trimmed = Attempt(model, *first)
+        if kind == "trimmed" or _is_good(trimmed.solid):
+            return trimmed
+        if trimmed.solid is not None:
+            mixed = self._mixed(trimmed.solid)
+            if mixed is not None:
+                return mixed
+        solid, warnings = self._patches()
+        if _is_good(solid):
+            reason = "no trimmed model is valid, so the model is made of bicubic patches only"
+            return Attempt(model, solid, (reason, *warnings))
+        return trimmed
+
+    def _patches(self) -> tuple[Solid | None, tuple[str, ...]]:
+        net = replace(self.net, vertices=self.to_user.points(self.net.vertices))
+        return _tried(lambda: patch_solid(net, self.points, self.spacing))
+
+    def _mixed(self, trimmed: Solid) -> Attempt | None:
+        """Patches for the regions that fail, and for those that fail beside them."""
+        reasons = _reasons(self.model, trimmed)
+        for _ in range(_MAX_ROUNDS):
+            is_failing = np.isin(self.source.label, list(reasons))
+            if not reasons or is_failing.mean() > _MAX_SHARE:
+                return None
+            mixed = patched(self.model, self.source, reasons, self.max_move)
+            if mixed is None:
+                return None
+            model = mixed.transformed(self.to_user)
+            solid, _ = _tried(
+                partial(make_solid, model, self.points, self.spacing, _REPAIR_SECONDS)
+            )
+            if solid is None:
+                return None
+            if _is_good(solid):
+                warnings = tuple(
+                    f"region {label} near {self._place(label)} is made of bicubic patches, "
+                    f"as its face fails: {reason}"
+                    for label, reason in sorted(reasons.items())
+                )
+                return Attempt(model, replace(solid, representation="mixed"), warnings)
+            more = _reasons(mixed, solid)
+            if set(more) <= set(reasons):
+                return None
+            reasons = more | reasons
+        return None
+
+    def _place(self, label: int) -> str:
+        """Where a region lies, in the user's unit."""
+        quads = self.source.net.quads[self.source.label == label]
+        middle = np.median(self.source.net.vertices[quads.ravel()], axis=0)
+        return "({:.4g}, {:.4g}, {:.4g})".format(*self.to_user.points(middle))
+
+
+def _tried(build: Callable[[], Solid]) -> tuple[Solid | None, tuple[str, ...]]:
+    """The solid, or None and why there is none."""
+    try:
+        return build(), ()
+    except ReconstructionError as error:
+        return None, (str(error),)
+
+
+def _is_good(solid: Solid | None) -> bool:
+    return solid is not None and solid.check.is_good
+
+
+def _reasons(model: Model, solid: Solid) -> dict[int, str]:
+    """Why the face of each failing region fails."""
+    return {
+        model.faces[fault.index].region: fault.reason
+        for fault in reversed(solid.check.bad_faces)
+        if fault.index >= 0
+    }

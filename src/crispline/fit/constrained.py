@@ -1,0 +1,215 @@
+"""Fitted primitives adjusted to each other: relations that hold exactly, at the least cost.
+
+Each fit is replaced by what its points know of it, the quadratic form by which
+the chi-square rises when its parameters move. In coordinates in which that form
+is the squared length, the least change that meets a set of relations is a
+minimum-norm solution, and each relation has its price: the rise of the
+chi-square that it adds to those accepted before.
+
+References: Benko, Kos, Varady, Andor and Martin (2002), Constrained fitting in
+reverse engineering; Bjorck (1996), Numerical methods for least squares problems,
+section 5.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.stats import chi2
+
+from crispline.fit import cone, cylinder, plane, sphere, torus
+from crispline.fit.robust import DistanceModel, tukey_weights
+from crispline.surface import Cone, Surface
+from crispline.surface.base import Array
+
+_DIFFERENCE = 1e-4
+_KNOWN = 1e-3  # what is known this well is no longer free, in the units of the relation
+_INCONSISTENT = 0.03
+_CONFIDENCE = 0.999
+_VARIANCE_FACTOR = 2.0
+"""Residuals of neighbouring points and of badly cut borders are not independent: the rise of
+the chi-square that noise explains is taken this many times larger."""
+_MAX_NEWTON_STEPS = 12
+_CONVERGED = 1e-8
+
+MODELS: Mapping[str, DistanceModel[Any]] = {
+    "plane": plane.MODEL,
+    "cylinder": cylinder.MODEL,
+    "sphere": sphere.MODEL,
+    "cone": cone.MODEL,
+    "torus": torus.MODEL,
+}
+
+
+class Relation(Protocol):
+    """Equations between two surfaces."""
+
+    @property
+    def members(self) -> tuple[int, int]:
+        """Which two."""
+
+    def at(self, first: Surface, second: Surface) -> Relation:
+        """The relation for surfaces that have moved a little; it may carry places on them."""
+
+    def values(self, first: Surface, second: Surface) -> Array:
+        """What is zero where the relation holds, shape ``(k,)``, in spacings or the like."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A primitive and how firmly its points hold it.
+
+    Attributes
+    ----------
+    kind : of surface.
+    shape : the primitive in the parameters of its fit.
+    factor : upper triangular, shape ``(p, p)``; a step ``s`` of the parameters
+        raises the chi-square by ``|factor s|^2``.
+    """
+
+    kind: str
+    shape: Any
+    factor: Array
+
+    @property
+    def surface(self) -> Surface:
+        """The primitive."""
+        found: Surface = cone.as_cone(self.shape) if self.kind == "cone" else self.shape
+        return found
+
+    def moved(self, step: Array) -> Estimate:
+        """After a step ``(p,)`` of the parameters."""
+        return replace(self, shape=MODELS[self.kind].move(self.shape, step))
+
+
+def estimate(surface: Surface, points: Array, sigma: float) -> Estimate | None:
+    """What points ``(n, 3)`` with noise ``sigma`` know of the primitive fitted to them.
+
+    None for a B-spline, or where the points leave a parameter open.
+    """
+    if surface.kind not in MODELS:
+        return None
+    shape: Any = surface
+    if isinstance(surface, Cone):
+        shape = cone.frustum_beside(surface, points)
+    residuals, jacobian = MODELS[surface.kind].linearise(shape, points)
+    if len(residuals) <= jacobian.shape[1]:
+        return None
+    roots = np.sqrt(tukey_weights(residuals, sigma)) / (np.sqrt(_VARIANCE_FACTOR) * sigma)
+    factor = np.asarray(np.linalg.qr(jacobian * roots[:, None], mode="r"))
+    diagonal = np.abs(np.diag(factor))
+    if not np.isfinite(factor).all() or diagonal.min() <= 1e-12 * diagonal.max():
+        return None
+    return Estimate(surface.kind, shape, factor)
+
+
+class Adjustment:
+    """Estimates and the relations accepted between them so far.
+
+    Parameters
+    ----------
+    estimates : by the numbers that relations call their members.
+    """
+
+    def __init__(self, estimates: Mapping[int, Estimate]) -> None:
+        self._estimates = dict(estimates)
+        sizes = [len(e.factor) for e in self._estimates.values()]
+        ends = np.cumsum(sizes)
+        self._places = {
+            name: slice(int(end - size), int(end))
+            for name, end, size in zip(self._estimates, ends, sizes, strict=True)
+        }
+        self._n_parameters = int(sum(sizes))
+        self._relations: list[Relation] = []
+        self._rows = np.empty((0, self._n_parameters))  # orthonormal
+        self._solution = np.zeros(self._n_parameters)
+
+    @property
+    def relations(self) -> tuple[Relation, ...]:
+        """Those accepted."""
+        return tuple(self._relations)
+
+    def propose(self, relation: Relation) -> bool:
+        """Accept a relation if noise explains what it costs on top of those accepted before."""
+        values, rows = self._linearised(relation)
+        if not (np.isfinite(values).all() and np.isfinite(rows).all()):
+            return False
+        values = values + rows @ self._solution
+        rows = rows - (rows @ self._rows.T) @ self._rows
+        left, lengths, right = np.linalg.svd(rows, full_matrices=False)
+        amounts = left.T @ values
+        is_free = lengths > _KNOWN
+        if np.abs(amounts[~is_free]).max(initial=0.0) > _INCONSISTENT:
+            return False
+        steps = -amounts[is_free] / lengths[is_free]
+        if len(steps):
+            if float(steps @ steps) > chi2.ppf(_CONFIDENCE, len(steps)):
+                return False
+            fresh = right[is_free]
+            self._solution = self._solution + steps @ fresh
+            self._rows = np.linalg.qr(np.vstack([self._rows, fresh]).T)[0].T
+        self._relations.append(relation)
+        return True
+
+    def forget(self, name: int) -> None:
+        """Give up all relations of one surface."""
+        self._relations = [r for r in self._relations if name not in r.members]
+
+    def solved(self) -> dict[int, Surface]:
+        """The surfaces that meet all accepted relations, by Newton's method.
+
+        Only of members of a relation. Relations that contradict each other by less
+        than is known of the surfaces are met in the mean.
+        """
+        estimates = dict(self._estimates)
+        for _ in range(_MAX_NEWTON_STEPS):
+            systems = [self._linearised(relation, estimates) for relation in self._relations]
+            if not systems:
+                return {}
+            values = np.concatenate([value for value, _ in systems])
+            rows = np.vstack([row for _, row in systems])
+            left, lengths, right = np.linalg.svd(rows, full_matrices=False)
+            is_free = lengths > _KNOWN
+            step = -right[is_free].T @ ((left.T @ values)[is_free] / lengths[is_free])
+            for name in estimates:
+                estimates[name] = estimates[name].moved(self._unwhitened(name, step))
+            if float(np.linalg.norm(step)) < _CONVERGED * np.sqrt(self._n_parameters):
+                break
+        touched = sorted({name for relation in self._relations for name in relation.members})
+        return {name: estimates[name].surface for name in touched}
+
+    def _unwhitened(self, name: int, step: Array) -> Array:
+        return np.asarray(solve_triangular(self._estimates[name].factor, step[self._places[name]]))
+
+    def _linearised(
+        self, relation: Relation, estimates: Mapping[int, Estimate] | None = None
+    ) -> tuple[Array, Array]:
+        """Values ``(k,)`` and their derivatives by all whitened parameters, shape ``(k, P)``."""
+        estimates = self._estimates if estimates is None else estimates
+        pair = [estimates[name] for name in relation.members]
+        relation = relation.at(pair[0].surface, pair[1].surface)
+        values = relation.values(pair[0].surface, pair[1].surface)
+        rows = np.zeros((len(values), self._n_parameters))
+        for position, name in enumerate(relation.members):
+            columns = _derivatives(relation, pair, position)
+            rows[:, self._places[name]] = solve_triangular(
+                estimates[name].factor, columns.T, trans="T"
+            ).T
+        return values, rows
+
+
+def _derivatives(relation: Relation, pair: Sequence[Estimate], position: int) -> Array:
+    """Central differences of a relation's values by the parameters of one member, ``(k, p)``."""
+    columns = []
+    for step in _DIFFERENCE * np.eye(len(pair[position].factor)):
+        ends = []
+        for sign in (1.0, -1.0):
+            surfaces = [member.surface for member in pair]
+            surfaces[position] = pair[position].moved(sign * step).surface
+            ends.append(relation.values(surfaces[0], surfaces[1]))
+        columns.append((ends[0] - ends[1]) / (2.0 * _DIFFERENCE))
+    return np.column_stack(columns)

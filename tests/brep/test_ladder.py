@@ -1,0 +1,124 @@
+"""Trimmed faces, patches where a region fails, patches only: every rung is a valid solid."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from crispline import pipeline
+from crispline.brep.check import check_shape
+from crispline.brep.compose import make_solid
+from crispline.brep.ladder import _reasons
+from crispline.options import Options
+from crispline.shapes import SHAPES, sample
+from crispline.sharp.patched import patched
+from crispline.stopwatch import Stopwatch
+from crispline.surface import Similarity
+
+VOLUME = 70.0**3 + np.pi * 25.0**2 * 29.0
+MAX_MOVE = 1.5
+
+
+@cache
+def ladder():
+    """What the models of a scan of the box with cylinder are made from."""
+    cloud = sample(SHAPES["box-cylinder"](), 3000, noise=0.01, seed=1)
+    return pipeline._features(cloud.points, Options(), Stopwatch()).ladder
+
+
+def away(face):
+    """The face with its surface five spacings from its points."""
+    _, normal = face.surface.project(face.points[:1])
+    shift = Similarity(1.0, np.eye(3), 5.0 * normal[0])
+    return replace(face, surface=face.surface.transformed(shift))
+
+
+def spoiled(regions):
+    """The same with the surfaces of some regions far from the points."""
+    source = ladder()
+    faces = tuple(away(face) if face.region in regions else face for face in source.model.faces)
+    return replace(source, model=replace(source.model, faces=faces))
+
+
+def region_of(kind):
+    """Label of a face with the number of loops and edges that tells its kind."""
+    sizes = {"square": [4], "ring": [1, 4], "disc": [1], "cylinder": [1, 1]}
+    return next(
+        face.region
+        for face in ladder().model.faces
+        if sorted(len(loop) for loop in face.loops) == sizes[kind]
+    )
+
+
+@pytest.mark.parametrize("kind", ["square", "ring", "disc", "cylinder"])
+def test_any_region_can_be_patches(kind):
+    source = ladder()
+    region = region_of(kind)
+    model = patched(source.model, source.source, [region], MAX_MOVE)
+    assert {face.region for face in model.faces if face.is_patch} == {region}
+    assert {face.region for face in model.faces if not face.is_patch} == set(range(8)) - {region}
+    solid = make_solid(model.transformed(source.to_user), source.points, source.spacing)
+    assert solid.check.is_good, solid.check
+    assert solid.attempt == "as built"
+    assert solid.check.volume == pytest.approx(VOLUME, rel=3e-3)
+    assert solid.check.edge_tolerance < 0.2 * source.spacing
+
+
+def test_neighbours_keep_the_edge_between_them_as_a_crease():
+    source = ladder()
+    pair = next((edge.left, edge.right) for edge in source.model.edges if edge.curve.kind == "line")
+    regions = [source.model.faces[side].region for side in pair]
+    model = patched(source.model, source.source, regions, MAX_MOVE)
+    assert any(
+        edge.is_sharp and model.faces[edge.left].is_patch and model.faces[edge.right].is_patch
+        for edge in model.edges
+    )
+    solid = make_solid(model.transformed(source.to_user), source.points, source.spacing)
+    assert solid.check.is_good
+    assert solid.check.volume == pytest.approx(VOLUME, rel=3e-3)
+
+
+def test_a_good_model_stays_trimmed():
+    made = ladder().climb("auto")
+    assert made.solid.representation == "trimmed"
+    assert made.solid.check.is_good
+    assert made.warnings == ()
+
+
+def test_a_face_that_fails_becomes_patches():
+    disc = region_of("disc")
+    made = spoiled([disc]).climb("auto")
+    assert made.solid.representation == "mixed"
+    assert made.solid.check.is_good
+    assert any(f"region {disc} near" in warning for warning in made.warnings)
+    assert made.solid.check.volume == pytest.approx(VOLUME, rel=3e-3)
+
+
+def test_where_most_faces_fail_the_model_is_patches():
+    source = spoiled(range(8))
+    made = source.climb("auto")
+    assert made.solid.representation == "patches"
+    assert made.solid.check.is_good
+    assert set(made.solid.face_order) == {-1}
+    assert made.solid.check.volume == pytest.approx(VOLUME, rel=3e-3)
+    assert "patches only" in made.warnings[0]
+    checked = check_shape(made.solid.shape, source.points, source.spacing)
+    assert checked.is_good
+    assert checked.volume == pytest.approx(made.solid.check.volume, rel=1e-9)
+
+
+def test_one_rung_can_be_asked_for():
+    failed = spoiled([2]).climb("trimmed")
+    assert failed.solid.representation == "trimmed"
+    assert not failed.solid.check.is_good
+    assert set(_reasons(ladder().model, failed.solid)) >= {2}
+    patches = ladder().climb("patches")
+    assert patches.solid.representation == "patches"
+    assert patches.solid.check.is_good
+
+
+def test_patches_that_miss_the_cloud_are_no_success():
+    source = ladder()
+    elsewhere = replace(source, points=source.points + 6.0 * source.spacing)
+    assert not elsewhere.climb("patches").solid.check.is_good

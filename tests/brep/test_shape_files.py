@@ -1,0 +1,133 @@
+"""STEP, IGES and BREP files: units, names, colours, and what is refused."""
+
+import re
+
+import numpy as np
+import pytest
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+
+from crispline.brep import occt, step
+from crispline.brep.build import build_shape
+from crispline.brep.curve_files import write_curves
+from crispline.brep.measure import diagonal, volume
+from crispline.brep.readback import is_same_solid
+from crispline.brep.shape_files import SHAPE_SUFFIXES, read_millimetres, read_shape, write_shape
+from crispline.brep.step import read_step, write_step
+from crispline.brep.styled import FaceStyle
+from crispline.brep.units import MILLIMETRES
+from crispline.curve import BSplineCurve, Circle, Line
+from crispline.errors import InputError, ReconstructionError
+
+import brep_models  # isort: skip
+
+X, Y, Z = np.eye(3)
+DRUM = BRepPrimAPI_MakeCylinder(5.0, 10.0).Shape()
+STYLES = [FaceStyle(f"part {k}", (0.2 * k, 0.5, 1.0)) for k in range(3)]
+
+
+@pytest.mark.parametrize("unit", MILLIMETRES)
+@pytest.mark.parametrize("suffix", [".step", ".igs"])
+def test_five_in_a_unit_is_read_as_that_many_millimetres(tmp_path, suffix, unit):
+    path = tmp_path / f"drum{suffix}"
+    write_shape(DRUM, path, unit)
+    factor = MILLIMETRES[unit]
+    in_millimetres, named = read_millimetres(path)
+    assert named == unit
+    assert volume(in_millimetres) == pytest.approx(np.pi * 250.0 * factor**3, rel=1e-9)
+    found = read_shape(path)
+    assert found.unit == unit
+    assert volume(found.shape) == pytest.approx(np.pi * 250.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("suffix", SHAPE_SUFFIXES)
+@pytest.mark.parametrize("name", ["box_cylinder", "spline_top"])
+def test_a_solid_comes_back_the_same_from_the_same_bytes(tmp_path, suffix, name):
+    sample = brep_models.SAMPLES[name]()
+    path = tmp_path / f"part{suffix}"
+    contents = []
+    for _ in range(2):
+        write_shape(build_shape(sample.model).shape, path)
+        contents.append(path.read_bytes())
+    assert contents[0] == contents[1]
+    copy = read_shape(path).shape
+    assert len(occt.subshapes(copy, occt.SOLID)) == 1
+    assert volume(copy) == pytest.approx(sample.volume, rel=1e-6)
+
+
+def test_faces_have_names_and_colours_in_step(tmp_path):
+    write_shape(DRUM, tmp_path / "drum.step", "cm", STYLES)
+    text = (tmp_path / "drum.step").read_text()
+    assert "AP242" in text
+    faces = dict(re.findall(r"#(\d+) = ADVANCED_FACE\('([^']*)'", text))
+    assert sorted(faces.values()) == [style.name for style in STYLES]
+    styled = re.findall(r"STYLED_ITEM\('color',\(#\d+\),#(\d+)\)", text)
+    assert sorted(styled) == sorted(faces)
+    colours = re.findall(r"COLOUR_RGB\('',([^,]*),([^,]*),([^)]*)\)", text)
+    found = sorted(tuple(map(float, colour)) for colour in colours)
+    np.testing.assert_allclose(found, [style.colour for style in STYLES], atol=1e-6)
+
+
+def test_a_style_is_needed_for_every_face(tmp_path):
+    with pytest.raises(ValueError, match="zip"):
+        write_step(DRUM, tmp_path / "drum.step", "mm", STYLES[:2])
+
+
+def test_numbers_stand_in_the_file_as_they_are(tmp_path):
+    write_step(BRepPrimAPI_MakeBox(2.3, 1.0, 1.0).Shape(), tmp_path / "box.step", "in")
+    text = (tmp_path / "box.step").read_text()
+    assert 2.3 in {float(number) for number in re.findall(r"\d\.\d*(?:E[+-]\d+)?", text)}
+
+
+def test_an_unknown_unit_is_refused(tmp_path):
+    for suffix in (".step", ".igs"):
+        with pytest.raises(InputError, match=r"expected a length unit out of mm, um, .* got 'ell'"):
+            write_shape(DRUM, tmp_path / f"drum{suffix}", "ell")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("suffix", [".step", ".igs"])
+def test_a_file_that_reads_back_as_something_else_does_not_appear(tmp_path, monkeypatch, suffix):
+    other = tmp_path / f"other{suffix}"
+    write_shape(BRepPrimAPI_MakeCylinder(5.0, 10.1).Shape(), other)
+    content = other.read_bytes()
+    other.unlink()
+    monkeypatch.setattr(step, "step_bytes", lambda *_: content)
+    monkeypatch.setattr("crispline.brep.shape_files.iges_bytes", lambda *_, **__: content)
+    with pytest.raises(ReconstructionError, match="does not read back as the same solid"):
+        write_shape(DRUM, tmp_path / f"drum{suffix}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_the_same_solid():
+    assert is_same_solid(DRUM, DRUM)
+    assert not is_same_solid(None, DRUM)
+    assert not is_same_solid(BRepPrimAPI_MakeCylinder(5.0, 10.0001).Shape(), DRUM)
+    assert is_same_solid(BRepPrimAPI_MakeCylinder(50.0, 100.0).Shape(), DRUM, 10.0)
+    assert not is_same_solid(occt.subshapes(DRUM, occt.FACE)[0], DRUM)
+
+
+@pytest.mark.parametrize("suffix", SHAPE_SUFFIXES)
+@pytest.mark.parametrize("content", [b"", b"Dear reader,\n", b"\0" * 100])
+def test_content_that_is_not_of_the_format(tmp_path, suffix, content):
+    path = tmp_path / f"part{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="expected a") as caught:
+        read_shape(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_wires_of_exact_curves(tmp_path):
+    arc = Circle(np.array([1.0, 2, 3]), Z, X, 2.0, 0.5, 2.0)
+    net = np.array([[0.0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 0]])
+    spline = BSplineCurve(np.repeat([0.0, 1.0], 4), net)
+    curves = [Line(np.zeros(3), Y, 1.0, 6.0), arc, Circle(np.zeros(3), X, Y, 1.0, 0.0, 2 * np.pi)]
+    write_curves([*curves, spline], tmp_path / "edges.step", "m")
+    shape = read_step(tmp_path / "edges.step")
+    assert len(occt.subshapes(shape, occt.EDGE)) == 4
+    lengths = sorted(diagonal(edge) for edge in occt.subshapes(shape, occt.EDGE))
+    assert lengths[-1] == pytest.approx(5000.0, rel=1e-3)
+    text = (tmp_path / "edges.step").read_text()
+    assert "CIRCLE(" in text
+    assert "B_SPLINE_CURVE" in text
+    with pytest.raises(InputError, match="expected at least one edge"):
+        write_curves([], tmp_path / "none.step")
