@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crispline.brep.certificate import Residuals
+from crispline.brep.check import Check
 from crispline.curve import Curve
 from crispline.model import Edge, Model
 from crispline.surface.base import Array
@@ -108,3 +109,37 @@ def corner_vertices(model: Model) -> list[int]:
         for vertex, tangents in sorted(ends.items())
         if len(tangents) > 2 or (len(tangents) == 2 and float(tangents[0] @ tangents[1]) > limit)
     ]
+
+
+def faults(model: Model, check: Check) -> str:
+    """What a check found wrong with the shape of a model, in one sentence."""
+    found: dict[int, list[str]] = {}
+    for fault in check.bad_faces:
+        found.setdefault(fault.index, []).append(fault.reason)
+    reasons = [
+        f"face {index}{_place(model, index)}: {', '.join(reasons_of)}"
+        for index, reasons_of in list(found.items())[:3]
+    ]
+    if len(found) > len(reasons):
+        reasons.append(f"{len(found) - len(reasons)} more faces")
+    reasons += check.problems
+    if not (check.is_closed or check.may_be_open):
+        reasons.append("the shell has free edges")
+    if check.n_uncovered:
+        reasons.append(f"{check.n_uncovered} points lie off the model")
+    return (
+        f"no valid model could be made: {'; '.join(reasons) or 'the shape is faulty'}; "
+        "scan these places more densely"
+    )
+
+
+def _place(model: Model, index: int) -> str:
+    """Where a face lies, for a message: the middle of its border, in the user's unit."""
+    if index < 0:
+        return ""
+    uses = {edge for loop in model.faces[index].loops for edge, _ in loop}
+    places = [model.edges[edge].curve.samples(9) for edge in sorted(uses)]
+    points = np.concatenate([*places, model.faces[index].points])
+    if len(points) == 0:
+        return ""
+    return " near ({:.4g}, {:.4g}, {:.4g})".format(*np.median(points, axis=0))

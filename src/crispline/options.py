@@ -149,7 +149,8 @@ class LocateOptions:
     curve_tolerance: float = 1e-5
     """Interpolated crease curves agree with both surfaces within this, in spacings."""
     rim_raggedness: float = 1.0
-    """How far the end of the points may stray from a straight or round rim, in spacings."""
+    """How far the end of the points may stray from a straight or round rim, in spacings; half of
+    it in the root mean square."""
     settle_move: float = 0.75
     """Vertices of the net this near to the surface of their region are moved onto it, in
     spacings."""

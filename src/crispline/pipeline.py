@@ -18,12 +18,14 @@ from crispline.region.patches import PatchGraph
 from crispline.region.segment import segment
 from crispline.region.topology import border_topology
 from crispline.result import Reconstruction, failure
+from crispline.sharp.blend import blended
 from crispline.sharp.curvature import curvature
 from crispline.sharp.detect import detect as detect_sharp
 from crispline.sharp.locate import locate
 from crispline.sharp.patched import LabelledNet
 from crispline.sharp.preserve import preserve
 from crispline.sharp.settle import settled
+from crispline.sharp.tangency import adjusted
 from crispline.spline.catmull_clark import patch_centres
 from crispline.stopwatch import Progress, Stopwatch
 
@@ -116,8 +118,10 @@ def _features(points: object, options: Options, watch: Stopwatch) -> _Features:
     )
     watch.stage("edges", 0.8)
     topology = border_topology(quads, regions.label)
-    located = locate(topology, net.vertices, regions.fits, cloud.tree, sigma, options.locate)
-    smooth = settled(net, regions.label, regions.fits, options.locate.settle_move)
+    fits = adjusted(topology, net.vertices, regions.fits, sigma, options.fit, options.locate)
+    fits = blended(topology, net.vertices, fits, sigma, options.fit, options.locate)
+    located = locate(topology, net.vertices, fits, cloud.tree, sigma, options.locate)
+    smooth = settled(net, regions.label, fits, options.locate.settle_move)
     patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
     places = cloud.to_user.points(net.vertices)
     opening = "" if net.is_open else quads.opening(places)

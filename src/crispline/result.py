@@ -18,8 +18,8 @@ from crispline.brep.measure import face_areas, tessellate
 from crispline.errors import ReconstructionError
 from crispline.exchange.edges import write_edges
 from crispline.exchange.models import write_model
-from crispline.findings import EdgeReport, FaceReport, corner_vertices, edge_report, numbers
-from crispline.model import Model
+from crispline.findings import EdgeReport, FaceReport, corner_vertices, edge_report, faults, numbers
+from crispline.model import Face, Model
 from crispline.spline.creased import CreasedNet
 from crispline.surface.base import Array
 
@@ -68,13 +68,20 @@ class Reconstruction:
         return self.solid is not None and self.solid.check.is_closed
 
     @property
+    def representation(self) -> str | None:
+        """``trimmed``, ``mixed`` or ``patches``, see :class:`Solid`; None if nothing was built."""
+        return None if self.solid is None else self.solid.representation
+
+    @property
     def edges(self) -> tuple[EdgeReport, ...]:
         """Every edge, sharp and tangent."""
         return tuple(edge_report(edge, self.spacing) for edge in self.model.edges)
 
     @property
     def faces(self) -> tuple[FaceReport, ...]:
-        """Every face."""
+        """Every face; none of a model of patches only, whose surfaces belong to no region."""
+        if self.representation == "patches":
+            return ()
         areas = np.full(len(self.model.faces), np.nan)
         if self.solid is not None and -1 not in self.solid.face_order:
             areas[list(self.solid.face_order)] = face_areas(self.solid.shape)
@@ -84,7 +91,7 @@ class Reconstruction:
                 if index >= 0:
                     measured[index] = found
         return tuple(
-            FaceReport(face.surface.kind, face.surface.parameters(), float(area), **vars(found))
+            FaceReport(_kind(face), face.surface.parameters(), float(area), **vars(found))
             for face, area, found in zip(self.model.faces, areas, measured, strict=True)
         )
 
@@ -271,7 +278,8 @@ class Reconstruction:
         return {
             "valid": self.valid,
             "closed": self.closed,
-            "n_faces": len(faces),
+            "representation": self.representation,
+            "n_faces": len(faces) if check is None else check.n_faces,
             "n_sharp_edges": sum(edge["is_sharp"] is True for edge in edges),
             "spacing": self.spacing,
             "noise": self.noise,
@@ -287,38 +295,13 @@ class Reconstruction:
         }
 
 
+def _kind(face: Face) -> str:
+    """The kind of surface, or that a face is one of the patches of its region."""
+    return "patch" if face.is_patch else face.surface.kind
+
+
 def failure(result: Reconstruction) -> str:
     """Why a result is no valid model, in one sentence that names the regions."""
     if result.solid is None:
         return "no solid was built"
-    check = result.solid.check
-    found: dict[int, list[str]] = {}
-    for fault in check.bad_faces:
-        found.setdefault(fault.index, []).append(fault.reason)
-    reasons = [
-        f"face {index}{_place(result.model, index)}: {', '.join(faults)}"
-        for index, faults in list(found.items())[:3]
-    ]
-    if len(found) > len(reasons):
-        reasons.append(f"{len(found) - len(reasons)} more faces")
-    reasons += check.problems
-    if not (check.is_closed or check.may_be_open):
-        reasons.append("the shell has free edges")
-    if check.n_uncovered:
-        reasons.append(f"{check.n_uncovered} points lie off the model")
-    return (
-        f"no valid model could be made: {'; '.join(reasons) or 'the shape is faulty'}; "
-        "scan these places more densely"
-    )
-
-
-def _place(model: Model, index: int) -> str:
-    """Where a face lies, for a message: the middle of its border, in the user's unit."""
-    if index < 0:
-        return ""
-    uses = {edge for loop in model.faces[index].loops for edge, _ in loop}
-    places = [model.edges[edge].curve.samples(9) for edge in sorted(uses)]
-    points = np.concatenate([*places, model.faces[index].points])
-    if len(points) == 0:
-        return ""
-    return " near ({:.4g}, {:.4g}, {:.4g})".format(*np.median(points, axis=0))
+    return faults(result.model, result.solid.check)

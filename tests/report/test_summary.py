@@ -12,6 +12,7 @@ SUMMARY = {
     "closed": True,
     "spacing": 1.0,
     "noise": 0.1,
+    "n_faces": 3,
     "faces": [
         {"kind": "plane", "parameters": {"origin": [0, 0, 35.0], "normal": [1e-9, 0, 1.0]}, **FACE},
         {"kind": "cone", "parameters": {"half_angle_deg": 45.0, "axis": [0, 1.0, 0]}, **FACE},
@@ -50,10 +51,22 @@ def test_says_everything_a_person_asks_for():
 
 @pytest.mark.parametrize(
     ("change", "verdict"),
-    [({"closed": False}, "valid open shell"), ({"valid": False}, "no valid model")],
+    [
+        ({"closed": False}, "valid open shell"),
+        ({"valid": False}, "no valid model"),
+        ({"n_faces": 900, "faces": []}, "valid closed solid, 900 bicubic patches\n"),
+    ],
 )
 def test_the_verdict_comes_first(change, verdict):
     assert shown({**SUMMARY, **change}).startswith(verdict)
+
+
+def test_patches_are_counted_and_not_listed():
+    patches = [{"kind": "patch", "parameters": {}, **FACE}] * 40
+    text = shown({**SUMMARY, "n_faces": 43, "faces": SUMMARY["faces"] + patches})
+    assert text.startswith("valid closed solid, 3 faces and 40 bicubic patches\n")
+    assert "plane" in text
+    assert "\n3  " not in text
 
 
 def test_an_empty_run_is_shown_too():

@@ -38,6 +38,7 @@ EDGES_OUT = (".dxf", ".json", ".obj", ".step", ".stp")
 _NOTHING: dict[str, Any] = {
     "valid": False,
     "closed": False,
+    "representation": None,
     "n_faces": 0,
     "faces": [],
     "edges": [],

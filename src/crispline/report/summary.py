@@ -19,7 +19,7 @@ def render_summary(summary: Mapping[str, Any]) -> RenderableType:
 
     Parameters
     ----------
-    summary : with the keys ``valid``, ``closed``, ``spacing``, ``noise``,
+    summary : with the keys ``valid``, ``closed``, ``spacing``, ``noise``, ``n_faces``,
         ``faces``, ``edges``, ``corners``, ``timings`` and ``warnings``; lengths
         in the unit of the cloud, angles in degrees, times in seconds.
 
@@ -46,7 +46,13 @@ def _verdict(summary: Mapping[str, Any]) -> str:
     if not summary["valid"]:
         return "no valid model"
     kind = "closed solid" if summary["closed"] else "open shell"
-    return f"valid {kind}, {_counted(len(summary['faces']), 'face')}"
+    n_faces = summary["n_faces"]
+    n_trimmed = sum(face["kind"] != "patch" for face in summary["faces"])
+    n_patches = n_faces - n_trimmed
+    patches = f"{n_patches} bicubic patch{'' if n_patches == 1 else 'es'}"
+    if n_trimmed == 0:
+        return f"valid {kind}, {patches}"
+    return f"valid {kind}, {_counted(n_trimmed, 'face')}" + (f" and {patches}" if n_patches else "")
 
 
 def _face_table(faces: Iterable[Mapping[str, Any]]) -> Table:
@@ -54,6 +60,8 @@ def _face_table(faces: Iterable[Mapping[str, Any]]) -> Table:
     for name in ("area", "points", "rms", "p95", "max", "mean", "3 sigma"):
         table.add_column(name, justify="right")
     for index, face in enumerate(faces):
+        if face["kind"] == "patch":
+            continue  # often hundreds, and none says more than its region's warning
         table.add_row(
             str(index),
             face["kind"],

@@ -26,7 +26,7 @@ from crispline.sharp.crease import (
     contacts_at,
     locate_crease,
 )
-from crispline.sharp.intersect import distance
+from crispline.sharp.intersect import distance, intersect
 from crispline.sharp.network import chains_at, contracted, corner_vertices, labels_beside
 from crispline.sharp.revise import collapsible_chain, split_at_branches
 from crispline.sharp.rim import split_at_kinks
@@ -145,6 +145,9 @@ class _Search:
         around = chains_at(topology, vertex)
         labels = labels_beside(topology.chains[index] for index in around)
         surfaces = [self.regions[label].surface for label in labels]
+        if len(surfaces) == 1:  # a corner of a rim: only the end of the points holds it
+            foot = intersect(net_vertices[vertex][None], surfaces)[0][0]
+            return Corner(foot, 0.0, is_fallback=False)
         return locate_corner(
             net_vertices[vertex],
             surfaces,

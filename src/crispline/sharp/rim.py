@@ -224,17 +224,23 @@ def _cutting_plane(
         if np.linalg.norm(upright) < 0.5:
             return None
         normal = unit(upright)
-        if np.linalg.norm(offset, axis=1).max() > raggedness:
+        if not _is_within(np.linalg.norm(offset, axis=1), raggedness):
             # Bent: the plane holds the bulge as well.
             bulge = np.linalg.svd(offset, full_matrices=False)[2][0]
             normal = unit(np.cross(chord, bulge))
-    if np.abs((path - origin) @ normal).max() > raggedness:
+    if not _is_within(np.abs((path - origin) @ normal), raggedness):
         return None
     # A plane that grazes the surface does not tell where the rim runs.
     across = np.abs(surface.project(path)[1] @ normal)
     if across.max() > 0.9:
         return None
     return Plane(origin, normal)
+
+
+def _is_within(distance: Array, raggedness: float) -> bool:
+    """Whether distances are no more than what a ragged end of the points explains."""
+    rms = float(np.sqrt(np.mean(distance**2)))
+    return rms <= 0.5 * raggedness and float(distance.max()) <= 1.5 * raggedness
 
 
 def _moved_to(points: Array, constraints: list[Constraint], keeps_ends: bool) -> Array:
