@@ -199,6 +199,7 @@ class Options:
     """All options of :func:`crispline.reconstruct`."""
 
     seed: int = 0
+    """Random seed; the same seed gives the same result."""
     threads: int = 0
     """Threads for neighbour queries and transforms; 0 means all cores. Never changes the result."""
     model: Literal["auto", "trimmed", "patches"] = "auto"

@@ -115,3 +115,18 @@ def test_a_wavy_rim_is_smooth_on_its_surface_and_never_folds():
     np.testing.assert_allclose(samples[:, 2], 0.0, atol=1e-6)
     assert (np.diff(samples[:, 0]) > 0.0).all()
     assert np.abs(samples[:, 1] - 4.0 * np.sin(samples[:, 0] / 8.0)).max() < 1.0
+
+
+def test_a_tiny_rim_and_a_noose_still_are_curves():
+    plane = Plane(np.zeros(3), Z)
+    short = np.array([[0.0, 0, 0], [0.4, 0.3, 0], [0.8, 0.1, 0], [1.0, 0, 0]])
+    away = (np.array([-2.0, 1.0, 0.0]), np.array([2.0, 1.0, 0.0]))
+    angle = np.linspace(0.2, 2.0 * np.pi - 0.2, 12)
+    noose = 2.0 * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    knot = np.array([2.0, 0.0, 0.0])
+    for path, ends in ((short, away), (noose, (knot, knot + 1e-3))):
+        curve = rim_curve(guide_along(path, False), plane, ends, OPTIONS)
+        samples = curve.samples(50)
+        assert np.isfinite(samples).all()
+        np.testing.assert_allclose(samples[[0, -1]], np.stack(ends), atol=1e-9)
+    assert samples[:, 0].min() < -1.0

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crispline.surface.basis import basis_functions, uniform_knots
+from crispline.surface.basis import SpanPolynomials, basis_functions, uniform_knots
 
 
 def de_boor(knots, i, degree, x):
@@ -61,3 +61,15 @@ def test_the_right_end_belongs_to_the_last_span():
     assert first[0] == 3
     np.testing.assert_allclose(values[0, 0], [0, 0, 0, 1], atol=1e-15)
     np.testing.assert_allclose(values[1, 0], [0, 0, -3, 3], atol=1e-14)
+
+
+@given(steps=st.lists(st.floats(0.1, 2.0), min_size=2, max_size=6), order=st.integers(0, 3))
+def test_span_polynomials_are_the_same_functions(steps, order):
+    inner = np.cumsum([0.0, *steps])
+    inner = np.sort(np.append(inner, inner[1:2]))  # a double knot has no span of its own
+    knots = np.concatenate([inner[:1].repeat(3), inner, inner[-1:].repeat(3)])
+    places = np.concatenate([np.linspace(-0.5, inner[-1] + 0.5, 41), inner])
+    first, values = SpanPolynomials.of(knots).at(places, order)
+    expected_first, expected = basis_functions(knots, places, order)
+    np.testing.assert_array_equal(first, expected_first)
+    np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())

@@ -16,8 +16,8 @@ N_SIGMAS = 3.0
 """A point is explained if it lies within this many noise sigmas of the model."""
 MIN_POINTS = 20
 """Faces with fewer points have no quantile to speak of, and none is held against them."""
-_MAX_FACES = 1000
-"""Shapes of more faces are measured as they are in memory: reading them back takes minutes."""
+_MAX_FACES = 300
+"""Shapes of more faces are measured as they are in memory: reading them back takes long."""
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from crispline.cli import messages
+from crispline.cli.options import run_options
 from crispline.cli.parameters import (
-    closed_option,
     cloud_argument,
-    fill_holes_option,
     mesh_tolerance_option,
-    open_option,
     output_option,
     required_tolerance_option,
-    seed_option,
-    threads_option,
     units_option,
 )
 from crispline.cli.program import program
@@ -25,7 +22,7 @@ from crispline.errors import ReconstructionError
 
 if TYPE_CHECKING:
     from crispline.cloud.pointcloud import PointCloud
-    from crispline.options import Options, Surface
+    from crispline.options import Options
     from crispline.result import Reconstruction
 
 # The names of crispline.exchange, repeated so that --help is instant.
@@ -81,11 +78,7 @@ _NOTHING: dict[str, Any] = {
 @units_option
 @mesh_tolerance_option
 @required_tolerance_option
-@open_option
-@closed_option
-@fill_holes_option
-@seed_option
-@threads_option
+@run_options(has_solid=True)
 def reconstruct(
     cloud: Path,
     outputs: tuple[Path, ...],
@@ -95,10 +88,7 @@ def reconstruct(
     unit: str,
     mesh_tolerance: float | None,
     tolerance: float | None,
-    surface: Surface | None,
-    fill_holes: float,
-    seed: int,
-    threads: int,
+    options: Options,
 ) -> None:
     """Turn the point cloud CLOUD into a checked CAD model.
 
@@ -108,17 +98,11 @@ def reconstruct(
 
     points = read_points(cloud)  # a bad file is told before the slow imports
 
-    from rich.console import Console
-
     from crispline import pipeline
-    from crispline.options import NetOptions, Options
-    from crispline.report.progress import show_progress
 
     result: Reconstruction | None = None
-    net = NetOptions(surface=surface or "auto", fill_holes=fill_holes)
-    options = Options(seed=seed, threads=threads, net=net)
     try:
-        with show_progress(Console(stderr=True)) as progress:
+        with messages.progress() as progress:
             result = pipeline.reconstruct(points, options, progress)
         for output in outputs:
             result.write(output, unit, mesh_tolerance)
@@ -145,35 +129,22 @@ def reconstruct(
     text="DXF, JSON, OBJ with one polyline an edge, or STEP curves.",
 )
 @units_option
-@open_option
-@closed_option
-@fill_holes_option
-@seed_option
-@threads_option
+@run_options(has_solid=False)
 def detect(
     cloud: Path,
     output: Path,
     unit: str,
-    surface: Surface | None,
-    fill_holes: float,
-    seed: int,
-    threads: int,
+    options: Options,
 ) -> None:
     """Find the sharp edges and corners of the point cloud CLOUD, without a solid."""
     from crispline.cloud.read import read_points
 
     points = read_points(cloud)  # a bad file is told before the slow imports
 
-    from rich.console import Console
-
     from crispline import pipeline
-    from crispline.options import NetOptions, Options
-    from crispline.report.progress import show_progress
 
     try:
-        with show_progress(Console(stderr=True)) as progress:
-            net = NetOptions(surface=surface or "auto", fill_holes=fill_holes)
-            options = Options(seed=seed, threads=threads, net=net)
+        with messages.progress() as progress:
             result = pipeline.detect(points, options, progress)
     except ReconstructionError as error:
         partial = _partial(error)
@@ -206,6 +177,7 @@ def _report(
     summary = dict(result.summary() if result is not None else _NOTHING)
     if failure is not None:
         summary |= {"valid": False, "error": failure}
+    messages.conclude(summary)
     if summary_path is not None:
         write_text(summary_path, json.dumps(summary, indent=1, allow_nan=False) + "\n")
     if result is not None:
@@ -233,5 +205,6 @@ def _write_page(
 
 def _write_edges(result: Reconstruction, path: Path, unit: str) -> None:
     result.write_edges(path, unit)
+    messages.conclude(result.summary())
     n_sharp = sum(edge.is_sharp for edge in result.edges)
     click.echo(f"{path}: sharp edges: {n_sharp}, corners: {len(result.corners)}")

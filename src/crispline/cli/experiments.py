@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from crispline.cli import messages
 from crispline.cli.parameters import (
     as_fraction,
     listed,
@@ -23,7 +24,9 @@ SAMPLINGS = ("grid", "half-cell", "random")
 CLOUDS_OUT = (".csv", ".las", ".laz", ".npy", ".npz", ".pcd", ".ply", ".txt", ".xyz")
 
 
-@program.command()
+@program.command(
+    epilog="Example: crispline sample box-cylinder --points 34000 --noise 2% -o cloud.ply"
+)
 @click.argument("shape", type=click.Choice(SHAPES))
 @click.option(
     "--points",
@@ -86,7 +89,7 @@ def sample(
     click.echo(f"{output}: {len(scan.points)} points, spacing {scan.spacing:.4g}")
 
 
-@program.command()
+@program.command(epilog="Example: crispline paper --methods paper,robust --seeds 2 --json out.json")
 @output_option("--json", "json_path", suffixes=(".json",), text="Write the rows as JSON.")
 @output_option("--markdown", "markdown_path", suffixes=(".md",), text="Write the tables.")
 @click.option(
@@ -141,15 +144,12 @@ def paper(
 
     Without a file to write, the tables go to the terminal.
     """
-    from rich.console import Console
-
     from crispline.files import write_text
     from crispline.paper.experiment import Plan, run
     from crispline.paper.table import to_json, to_markdown
-    from crispline.report.progress import show_progress
 
     plan = Plan(methods, phases, noise, seeds, min(seeds, pipeline_seeds))
-    with show_progress(Console(stderr=True)) as progress:
+    with messages.progress() as progress:
         rows = run(plan, n_jobs=jobs or os.cpu_count() or 1, progress=progress)
     if json_path is not None:
         write_text(json_path, to_json(rows))

@@ -23,26 +23,6 @@ threads_option = click.option(
     show_default="all cores",
     help="Threads to use; the result is the same.",
 )
-open_option = click.option(
-    "--open",
-    "surface",
-    flag_value="open",
-    help="The scan is not closed: end the surface where the points end.",
-)
-closed_option = click.option(
-    "--closed",
-    "surface",
-    flag_value="closed",
-    help="The scan is closed: span every gap. By default the gaps decide.",
-)
-fill_holes_option = click.option(
-    "--fill-holes",
-    type=click.FloatRange(min=0.0),
-    default=6.0,
-    show_default=True,
-    help="Widest gap to close, in point spacings.",
-)
-
 
 # The names of crispline.brep.units, repeated so that --help is instant.
 UNITS = ("mm", "um", "cm", "m", "km", "in", "mil", "ft")

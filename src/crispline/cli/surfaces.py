@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
+from crispline.cli import messages
+from crispline.cli.options import sharpen_options
 from crispline.cli.parameters import output_option
 from crispline.cli.program import program
+
+if TYPE_CHECKING:
+    from crispline.options import SharpenOptions
 
 # The suffixes of crispline.exchange.write, repeated so that --help is instant.
 SURFACES_OUT = (".step", ".stp", ".iges", ".igs", ".json", ".npz", ".ply", ".obj")
 
 
-@program.command()
+@program.command(epilog="Example: crispline sharpen scan.npy -o sharp.step --rule paper")
 @click.argument("surface", type=click.Path(path_type=Path))
 @output_option(
     "-o",
@@ -24,36 +29,12 @@ SURFACES_OUT = (".step", ".stp", ".iges", ".igs", ".json", ".npz", ".ply", ".obj
     required=True,
     text="STEP, IGES, JSON of geomdl or NPZ; PLY or OBJ for triangles.",
 )
-@click.option(
-    "--eps",
-    type=click.FloatRange(min=0.0, min_open=True),
-    help="Patches of this mean curvature are curved, in 1/spacing.  [default: from the noise; "
-    "0.25 with the paper's rule]",
-)
-@click.option(
-    "--rule",
-    type=click.Choice(("robust", "paper")),
-    default="robust",
-    show_default=True,
-    help="The paper's rules to the letter, or those that find and locate every edge.",
-)
-@click.option(
-    "--repeat",
-    type=click.IntRange(1, 3),
-    default=3,
-    show_default=True,
-    help="How often located points enter; 3 makes edges sharp.",
-)
 @output_option(
     "--summary", "summary_path", suffixes=(".json",), text="Also write what was found as JSON."
 )
+@sharpen_options
 def sharpen(
-    surface: Path,
-    output: Path,
-    eps: float | None,
-    rule: Any,
-    repeat: int,
-    summary_path: Path | None,
+    surface: Path, output: Path, summary_path: Path | None, options: SharpenOptions
 ) -> None:
     """Make the edges and corners of the B-spline surfaces or the grid SURFACE sharp.
 
@@ -64,13 +45,12 @@ def sharpen(
     from crispline.files import write_text
     from crispline.grid import sharpen as sharpened
     from crispline.grid.write import write_sharpened
-    from crispline.options import SharpenOptions
 
     given = read_surface_file(surface)
-    options = SharpenOptions(rule=rule, eps=eps, repeat=repeat)
     results = [sharpened(one, options) for one in given.surfaces]
     write_sharpened(results, output, given.unit or "mm")
     summaries = [result.summary() for result in results]
+    messages.conclude({"surfaces": summaries})
     if summary_path is not None:
         text = json.dumps({"surfaces": summaries}, indent=1, allow_nan=False)
         write_text(summary_path, text + "\n")
@@ -83,6 +63,6 @@ def sharpen(
         )
     if given.left_out or given.n_trimmed:
         kinds = ", ".join(f"{count} {kind}" for kind, count in given.left_out.items())
-        click.echo(
-            f"{surface}: left out: {kinds or 'nothing'}; trims ignored: {given.n_trimmed}", err=True
+        messages.note(
+            f"{surface}: left out: {kinds or 'nothing'}; trims ignored: {given.n_trimmed}"
         )

@@ -12,13 +12,10 @@ from crispline.errors import InputError
 _MARK = b'<meta name="generator" content="crispline'
 
 
-@program.command()
+@program.command(epilog="Example: crispline view part.html")
 @click.argument("report", type=click.Path(path_type=Path))
 def view(report: Path) -> None:
-    """Open REPORT, a page written by --report, in the web browser.
-
-    Example: crispline view out/report.html
-    """
+    """Open REPORT, a page written by --report, in the web browser."""
     import webbrowser
 
     try:

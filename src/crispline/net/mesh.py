@@ -67,10 +67,6 @@ class TriangleMesh:
         a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
         return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
-    def only(self, keep: NDArray[np.bool_]) -> TriangleMesh:
-        """The mesh of some of its triangles, without the vertices that these leave unused."""
-        return compact(self.vertices, self.triangles[keep])
-
 
 def compact(vertices: Array, triangles: Index) -> TriangleMesh:
     """A mesh without unused vertices."""

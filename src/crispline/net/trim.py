@@ -19,7 +19,9 @@ from crispline.surface.base import Array
 Index = NDArray[np.int64]
 
 _ON_PIECE = 3.0  # points this near to a piece of surface are on it
-_BUBBLE = 2.0  # a piece most of which is farther than this from every point is no surface
+_BUBBLE = 2.0  # a piece with less than a tenth of it nearer than this to a point is no surface
+_BARE_SHARE = 0.9
+_MIN_POLYGONS = 12  # fewer make no region
 _MAX_MOVE = 1.5
 _MOVES = 2
 
@@ -89,8 +91,9 @@ def without_crumbs(
     distance, at = nearest(cKDTree(vertices), np.asarray(tree.data), 1, threads)
     n_points = np.bincount(piece[at[distance <= _ON_PIECE]], minlength=int(piece.max()) + 1)
     # A bubble between two sheets has points near it as well, but not on it.
-    is_bubble = np.bincount(piece, gap > _BUBBLE) > 0.5 * np.bincount(piece)
-    stays = (n_points >= min_piece) & ~is_bubble
+    is_bubble = np.bincount(piece, gap > _BUBBLE) > _BARE_SHARE * np.bincount(piece)
+    n_polygons = np.bincount(piece[polygons[:, 0]], minlength=len(n_points))
+    stays = (n_points >= min_piece) & (n_polygons >= _MIN_POLYGONS) & ~is_bubble
     stays[np.argmax(n_points)] = True
     lost = int((~stays).sum()), int(n_points[~stays].sum())
     return *used_only(vertices, polygons[stays[piece[polygons[:, 0]]]]), lost

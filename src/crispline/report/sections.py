@@ -18,21 +18,22 @@ _N_BINS = 61
 _COLUMNS = (
     ("#", "face"), ("type", "text"), ("size", "text"), ("axis", "text"), ("area", ""),
     ("points", ""), ("rms", ""), ("p95", ""), ("max", ""), ("mean", ""),
-    ("% in 3\N{GREEK SMALL LETTER SIGMA}", ""),
+    ("3\N{GREEK SMALL LETTER SIGMA} %", ""),
 )  # fmt: skip
 
 
 def number(value: float, digits: int = 4, flag: str = "") -> str:
     """A number with a few digits; a dash for one that is not known; ``#`` keeps final zeros.
 
-    >>> number(1234.5678), number(12345678.0), number(float("nan"))
-    ('1235', '1.235e+07', '\N{EN DASH}')
+    >>> number(1234.5678), number(18393.2), number(12345678.0), number(float("nan"))
+    ('1235', '18390', '1.235e+07', '\N{EN DASH}')
     """
     if not math.isfinite(value):
         return "\N{EN DASH}"
-    return f"{value:{flag}.{digits}g}".rstrip(".").replace(
-        "-", "\N{MINUS SIGN}", 1 if value < 0 else 0
-    )
+    text = f"{value:{flag}.{digits}g}".rstrip(".")
+    if "e+" in text and abs(value) < 1e7:
+        text = f"{float(text):.0f}"
+    return text.replace("-", "\N{MINUS SIGN}", 1 if value < 0 else 0)
 
 
 def facts(pairs: Iterable[tuple[str, str]]) -> str:
@@ -114,9 +115,9 @@ def _as_fine_as(rms: float, mean: float) -> str:
     if not (rms > 0.0 and math.isfinite(mean)):
         return number(mean, 3)
     decimals = max(0, 2 - math.floor(math.log10(rms)))
-    return (
-        f"{mean:.{decimals}f}".replace("-", "\N{MINUS SIGN}") if decimals < 7 else number(mean, 2)
-    )
+    if decimals > 6:
+        return number(mean, 2)
+    return f"{round(mean, decimals) + 0.0:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _cell(text: str, value: float, style: str = "") -> str:

@@ -99,7 +99,11 @@ def rim_curve(
         # Near a corner the guide is rounded off, and would lead back to it in a hook.
         away = np.linalg.norm(path[:, None] - np.stack(ends), axis=2).min(axis=1)
         inner = away > min(_ROUNDED, 0.25 * guide.length)
+        if not inner.any():
+            inner[1:-1] = True
         points = forward(path[inner], directions[inner], ends)
+        if len(points) == 2 and np.linalg.norm(ends[1] - ends[0]) < 1.0:
+            points = np.stack([ends[0], path[len(path) // 2], ends[1]])
     points = _moved_to(points, constraints, keeps_ends=ends is not None)
     if len(points) < 5:
         points = resampled(points, 9)

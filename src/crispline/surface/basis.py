@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from crispline.surface.base import Array
 
 DEGREE = 3
+_FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
 def uniform_knots(start: float, end: float, n_spans: int) -> Array:
@@ -55,6 +58,47 @@ def basis_functions(
             rows = _differentiated(rows, knots, span, degree)
         values[k] = rows.T
     return span - DEGREE, values
+
+
+@dataclass(frozen=True)
+class SpanPolynomials:
+    """The basis functions as polynomials of each span: quick for a few parameters at a time.
+
+    Attributes
+    ----------
+    knots : clamped, shape ``(m + 4,)``.
+    coefficients : of the four functions of each span by ascending powers of the distance from
+        the span's first knot, shape ``(m - 3, 4 powers, 4 functions)``.
+    """
+
+    knots: Array
+    coefficients: Array
+
+    @classmethod
+    def of(cls, knots: Array) -> SpanPolynomials:
+        """The polynomials from the derivatives at the first knot of every span."""
+        starts = np.asarray(knots[DEGREE : -DEGREE - 1], dtype=np.float64)
+        is_span = np.diff(knots[DEGREE:-DEGREE]) > 0.0
+        coefficients = np.zeros((len(starts), DEGREE + 1, DEGREE + 1))
+        derivatives = basis_functions(knots, starts[is_span], DEGREE)[1]
+        coefficients[is_span] = np.moveaxis(derivatives / _FACTORIALS[:, None, None], 0, 1)
+        return cls(knots, coefficients)
+
+    def at(self, parameters: Array, n_derivatives: int = 0) -> tuple[NDArray[np.intp], Array]:
+        """The same as :func:`basis_functions`."""
+        last = len(self.coefficients) - 1
+        first = np.searchsorted(self.knots, parameters, side="right") - 1 - DEGREE
+        first = np.clip(first, 0, last)
+        t = (parameters - self.knots[first + DEGREE])[:, None]
+        c = [self.coefficients[:, power].take(first, axis=0) for power in range(DEGREE + 1)]
+        values = np.empty((n_derivatives + 1, len(first), DEGREE + 1))
+        for order in range(n_derivatives + 1):  # Horner, on the coefficients differentiated
+            total = c[-1]
+            for factors in c[-2::-1]:
+                total = total * t + factors
+            values[order] = total
+            c = [power * factors for power, factors in enumerate(c)][1:]
+        return first, values
 
 
 def _raised(

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crispline.surface.base import Array, Similarity, Surface, unit
-from crispline.surface.basis import DEGREE, basis_functions
+from crispline.surface.basis import DEGREE, SpanPolynomials
 
 _MAX_STEPS = 40
 _CONVERGED = 1e-12
@@ -131,10 +131,15 @@ class BSplineSurface(Surface):
         u, v = grid_u.ravel(), grid_v.ravel()
         return cKDTree(self.evaluate(u, v)), u, v
 
+    @cached_property
+    def _bases(self) -> tuple[SpanPolynomials, SpanPolynomials]:
+        return SpanPolynomials.of(self.knots_u), SpanPolynomials.of(self.knots_v)
+
     def _derivatives(self, u: Array, v: Array, orders: tuple[tuple[int, int], ...]) -> list[Array]:
         """Several derivatives from one gather of control points, each of shape ``(n, 3)``."""
-        first_u, basis_u = basis_functions(self.knots_u, u, max(du for du, _ in orders))
-        first_v, basis_v = basis_functions(self.knots_v, v, max(dv for _, dv in orders))
+        along_u, across = self._bases
+        first_u, basis_u = along_u.at(u, max(du for du, _ in orders))
+        first_v, basis_v = across.at(v, max(dv for _, dv in orders))
         n_v = self.control_points.shape[1]
         flat = self.control_points.reshape(-1, 3)
         near = np.arange(DEGREE + 1)
