@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: check-cad help venv demo check test bench bench-parts bench-parts-quick table-one pictures example clean
+.PHONY: check-cad help venv demo check test bench bench-parts bench-parts-quick table-one docs pictures example clean
 
 help:  ## show the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -43,6 +43,13 @@ table-one: venv  ## the paper's experiment: table and rows in out/
 	@mkdir -p out
 	$(BIN)/crispline paper --json out/table-one.json --markdown out/table-one.md
 
+docs: venv  ## the documentation as pages in site/
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	rm -rf site
+	$(BIN)/sphinx-build -W --keep-going -q -E -d .doctrees docs site
+	@rm -rf .doctrees
+	@echo site/index.html
+
 pictures: venv  ## draw the pictures of the documentation anew
 	$(BIN)/python -m pip install --quiet --editable '.[docs]'
 	$(BIN)/python docs/pictures.py
@@ -52,4 +59,4 @@ example: venv  ## make the bundled scan anew
 	$(BIN)/crispline sample bracket --points 40000 --noise 0.01 --outliers 0.005 --seed 1 -o examples/bracket.ply
 
 clean:  ## remove everything that is made
-	rm -rf .venv out build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf .venv out site build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 from sphinx.application import Sphinx
+from sphinx.util.inspect import TypeAliasForwardRef
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
 
@@ -27,7 +28,7 @@ myst_enable_extensions = ["colon_fence"]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-autodoc_type_aliases = {"Array": "Array", "Index": "Index"}
+autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Index")}
 autodoc_default_options = {"members": True}
 python_use_unqualified_type_names = True
 napoleon_google_docstring = False
@@ -41,6 +42,10 @@ html_show_sphinx = False
 
 _ITEM = re.compile(r"^(\w[\w, ]*) : (.*)$")
 _LISTS = ("Parameters", "Attributes")
+
+
+# An alias inside another type is shown by its name.
+TypeAliasForwardRef.__repr__ = lambda alias: alias.name
 
 
 def options_reference() -> str:
@@ -88,7 +93,7 @@ def rewrite_docstring(
         if item:
             written += [item[1], f"    {item[2]}"]
         elif section == "Returns" and line == section:
-            written.append(":returns:")
+            written += ["", ":returns:"]  # two empty lines end a section
         elif section == "Returns":
             written += [f"    {line}"] if line and set(line) != {"-"} else []
         else:
@@ -101,10 +106,10 @@ def rewrite_docstring(
 def rewrite_signature(
     app: Sphinx, what: str, name: str, found: Any, options: Any, signature: str, returns: str
 ) -> tuple[str, str] | None:
-    """Give aliases of array types their names."""
+    """Leave out where the types of a signature stand."""
     if signature is None:
         return None
-    plain = (re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", s or "") for s in (signature, returns))
+    plain = (re.sub(r"~[\w.]*\.", "", text or "") for text in (signature, returns))
     return next(plain), next(plain)
 
 

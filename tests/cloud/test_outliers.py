@@ -50,3 +50,14 @@ def test_far_outliers_go_at_thirty_percent():
 def test_few_points_are_left_alone():
     points = np.random.default_rng(3).normal(size=(20, 3))
     np.testing.assert_array_equal(inliers(points, CloudOptions()), np.arange(20))
+
+
+def test_a_sudden_change_of_density_on_a_surface_is_no_outlier():
+    rng = np.random.default_rng(4)
+    dense = rng.uniform(0.0, 10.0, (4000, 3)) * [1, 1, 0]
+    thin = rng.uniform(0.0, 10.0, (400, 3)) * [1, 1, 0] + [10, 0, 0]
+    points = np.concatenate([dense, thin]) + 0.01 * rng.normal(size=(4400, 3))
+    hanging = points[:60] + [0, 0, 1.0]
+    kept = inliers(np.concatenate([points, hanging]), CloudOptions())
+    assert np.sum(kept < 4400) >= 4398
+    assert np.sum(kept >= 4400) == 0

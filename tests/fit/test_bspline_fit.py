@@ -43,7 +43,9 @@ def test_the_error_falls_with_the_fourth_power_of_the_span():
         knots = (uniform_knots(0.0, 40.0, n_spans),) * 2
         rows = tensor_rows(knots, x, y)
         weight = smoothing_weight(knots, len(x) / 1600.0)
-        surface = solve_control_points(knots, rows, targets, np.ones(len(x)), weight)
+        surface = solve_control_points(
+            knots, rows, targets, np.ones(len(x)), weight * bending_energy(*knots)
+        )
         inside = (np.abs(x - 20) < 12) & (np.abs(y - 20) < 12)
         off = surface.evaluate(x[inside], y[inside])[:, 2] - wave(x[inside], y[inside])
         errors.append(np.sqrt(np.mean(off**2)))

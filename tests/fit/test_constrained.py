@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from crispline.fit.constrained import Adjustment, estimate
+from crispline.fit.constrained import Adjustment, estimate, is_proper
 from crispline.fit.cylinder import fit_cylinder
 from crispline.fit.regularize import Regularity
 from crispline.fit.sphere import fit_sphere
-from crispline.surface import BSplineSurface, Sphere
+from crispline.surface import BSplineSurface, Cone, Cylinder, Plane, Sphere, Torus
 
 SIGMA = 0.1
 
@@ -84,3 +84,22 @@ def test_free_forms_and_open_parameters_have_no_estimate(patches):
     assert estimate(free, points, SIGMA) is None
     surface, points, _ = patches.cylinder(5, rng)
     assert estimate(surface, points, SIGMA) is None
+
+
+def test_a_surface_must_stay_what_its_kind_says():
+    origin, z = np.zeros(3), np.array([0.0, 0.0, 1.0])
+    proper = [
+        Plane(origin, z),
+        Cylinder(origin, z, 2.0),
+        Cone(origin, z, np.radians(45.0)),
+        Torus(origin, z, 3.0, 1.0),
+    ]
+    assert all(is_proper(surface) for surface in proper)
+    degenerate = [
+        Cylinder(origin, z, -0.1),
+        Sphere(origin, 0.0),
+        Cone(origin, z, np.radians(90.0)),
+        Cone(origin, z, np.radians(0.1)),
+        Torus(origin, z, 1.0, 1.5),
+    ]
+    assert not any(is_proper(surface) for surface in degenerate)

@@ -57,7 +57,10 @@ def test_points_get_the_label_and_clearance_of_their_patch(box):
     labelled, _, _ = fitted(box, box.side)
     np.testing.assert_array_equal(labelled.region, box.side)
     inward = N / 2.0 - np.sort(np.abs(box.graph.points), axis=1)[:, 1]
-    np.testing.assert_allclose(labelled.clearance, inward, atol=0.1 + 4 * SIGMA)
+    near = inward < 3.5
+    assert near.any()
+    np.testing.assert_allclose(labelled.clearance[near], inward[near], atol=0.1 + 4 * SIGMA)
+    assert labelled.clearance[~near].min() > 3.5 - 0.1 - 4 * SIGMA
     points, _, clearance = labelled.samples(3, FIT)
     assert len(points) == (N - 2) ** 2
     assert clearance.min() > FIT.border_margin

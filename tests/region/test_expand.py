@@ -26,6 +26,10 @@ def random_costs(rng, m, n_labels, share_out_of_reach):
     return costs
 
 
+def reach(costs, region, pairs):
+    return expand._Reach.of(costs[region] < OUT_OF_REACH, pairs)
+
+
 def even_weights(costs, pairs, border):
     """Every side costs ``border`` between any two labels."""
     return {region: np.full(len(pairs), border / 2) for region in costs}
@@ -46,7 +50,9 @@ def test_a_move_is_the_best_of_all_moves(nets, seed, n_labels, border, share_out
     for patch, region in enumerate(label):  # a patch is within reach of the label it holds
         costs[int(region)][patch] = min(costs[int(region)][patch], 7.0)
     for region in range(n_labels):
-        moved = expand._expansion(region, label, costs, pairs, even_weights(costs, pairs, border))
+        moved = expand._expansion(
+            region, label, costs, reach(costs, region, pairs), even_weights(costs, pairs, border)
+        )
         best = min(
             energy(np.where(takes, region, label), costs, pairs, border)
             for takes in itertools.product([False, True], repeat=9)
@@ -66,7 +72,9 @@ def test_energy_never_rises(nets, seed, n_labels):
     before = energy(label, costs, pairs, 1.0)
     for _ in range(2):
         for region in range(n_labels):
-            label = expand._expansion(region, label, costs, pairs, even_weights(costs, pairs, 1.0))
+            label = expand._expansion(
+                region, label, costs, reach(costs, region, pairs), even_weights(costs, pairs, 1.0)
+            )
             after = energy(label, costs, pairs, 1.0)
             assert after <= before + 1e-9
             before = after
@@ -77,5 +85,6 @@ def test_a_region_out_of_reach_of_everything_changes_nothing(nets):
     costs = {0: np.ones(9), 1: np.full(9, OUT_OF_REACH)}
     label = np.zeros(9, dtype=int)
     np.testing.assert_array_equal(
-        expand._expansion(1, label, costs, pairs, even_weights(costs, pairs, 1.0)), label
+        expand._expansion(1, label, costs, reach(costs, 1, pairs), even_weights(costs, pairs, 1.0)),
+        label,
     )

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from crispline.brep.compose import Solid, make_solid
 from crispline.brep.patchsolid import patch_solid
@@ -17,6 +18,8 @@ from crispline.sharp.patched import LabelledNet, patched
 from crispline.spline.creased import CreasedNet
 from crispline.surface.base import Array, Similarity
 
+_BARE = 2.0
+"""Vertices of the net farther than this from every point span a hole, in spacings."""
 _MAX_ROUNDS = 4
 """How often regions that turn out to fail beside patches become patches too."""
 _MAX_SHARE = 0.5
@@ -67,6 +70,13 @@ class Ladder:
         """Of the points, in the user's unit."""
         return self.to_user.scale
 
+    @cached_property
+    def _places(self) -> Array:
+        """Where a model must be and may be: the points, and the net over the holes it fills."""
+        net = self.source.net.vertices
+        distance = cKDTree(self.to_user.inverse().points(self.points)).query(net)[0]
+        return np.concatenate([self.points, self.to_user.points(net[distance > _BARE])])
+
     def climb(self, kind: Literal["auto", "trimmed", "patches"]) -> Attempt:
         """The first rung that holds, or the one with the fewest faults, see `Solid.check`.
 
@@ -77,7 +87,7 @@ class Ladder:
         model = self.model.transformed(self.to_user)
         if kind == "patches":
             return Attempt(model, *self._patches())
-        first = _tried(lambda: make_solid(model, self.points, self.spacing))
+        first = _tried(lambda: make_solid(model, self._places, self.spacing))
         trimmed = Attempt(model, *first)
         if kind == "trimmed" or _is_good(trimmed.solid):
             return trimmed
@@ -93,7 +103,7 @@ class Ladder:
 
     def _patches(self) -> tuple[Solid | None, tuple[str, ...]]:
         net = replace(self.net, vertices=self.to_user.points(self.net.vertices))
-        return _tried(lambda: patch_solid(net, self.points, self.spacing))
+        return _tried(lambda: patch_solid(net, self._places, self.spacing))
 
     def _mixed(self, trimmed: Solid) -> Attempt | None:
         """Patches for the regions that fail, and for those that fail beside them."""
@@ -107,7 +117,7 @@ class Ladder:
                 return None
             model = mixed.transformed(self.to_user)
             solid, _ = _tried(
-                partial(make_solid, model, self.points, self.spacing, _REPAIR_SECONDS)
+                partial(make_solid, model, self._places, self.spacing, _REPAIR_SECONDS)
             )
             if solid is None:
                 return None

@@ -98,6 +98,8 @@ def _check(
         for distance in deviation.face_distances[deviation.face_distances > STRAY]
     ]
     n_uncovered = int(deviation.n_uncovered.sum())
+    if n_uncovered:
+        bad.append(BadFace(-1, f"{n_uncovered} raw points are uncovered"))
     return replace(
         check,
         face_distances=deviation.face_distances,

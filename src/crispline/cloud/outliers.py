@@ -14,6 +14,7 @@ _N_NEIGHBOURS = 24
 _N_CROWD = 8
 _N_SHAPE = 16
 _MAX_ROUNDS = 4
+_MAX_HEIGHT = 0.7  # over the plane of the neighbours, in units of their crowding
 _CHUNK = 100_000
 
 
@@ -24,7 +25,9 @@ def inliers(points: Array, options: CloudOptions, threads: int = -1) -> NDArray[
     is an outlier
 
     - if its crowding is over ``options.outlier_factor`` times the median of its 24
-      neighbours': it stands off the surface beside it; or
+      neighbours' and it stands off the plane through them: it hangs over the surface. Over
+      twice that factor it need not stand off, as beyond a rim. A point of the surface where
+      the scan suddenly becomes thin lies in the plane and stays; or
     - if its crowding is over that many times the median of the whole cloud and the
       points round it scatter in all directions (smallest share of a principal
       component over ``options.outlier_scatter``, in the median over its neighbours):
@@ -51,7 +54,11 @@ def inliers(points: Array, options: CloudOptions, threads: int = -1) -> NDArray[
 def _good(points: Array, options: CloudOptions, threads: int) -> NDArray[np.bool_]:
     distance, neighbours = nearest(cKDTree(points), points, _N_NEIGHBOURS, threads)
     crowding = distance[:, 1 : _N_CROWD + 1].mean(axis=1)
-    stands_off = crowding > options.outlier_factor * np.median(crowding[neighbours], axis=1)
+    beside = np.median(crowding[neighbours], axis=1)
+    stands_off = crowding > options.outlier_factor * beside
+    doubtful = np.flatnonzero(stands_off & (crowding <= 2.0 * options.outlier_factor * beside))
+    height = _heights(points, doubtful, neighbours[doubtful, 1 : _N_SHAPE + 1])
+    stands_off[doubtful] = height > _MAX_HEIGHT * beside[doubtful]
     thin = np.flatnonzero(crowding > options.outlier_factor * np.median(crowding))
     scatter = np.zeros(len(points))
     # Only the scatter of thin points and of their neighbours is asked for.
@@ -65,3 +72,12 @@ def _good(points: Array, options: CloudOptions, threads: int) -> NDArray[np.bool
     is_scattered = np.zeros(len(points), dtype=bool)
     is_scattered[thin] = np.median(scatter[neighbours[thin]], axis=1) > options.outlier_scatter
     return np.asarray(~(stands_off | is_scattered))
+
+
+def _heights(points: Array, chosen: NDArray[np.int64], neighbours: NDArray[np.int64]) -> Array:
+    """Distance of chosen points from the planes through their neighbours ``(k, m)``."""
+    around = points[neighbours]
+    middle = around.mean(axis=1)
+    offset = around - middle[:, None]
+    _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offset, offset))
+    return np.asarray(np.abs(np.einsum("ni,ni->n", points[chosen] - middle, axes[:, :, 0])))

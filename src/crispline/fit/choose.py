@@ -285,7 +285,9 @@ def _ranked_candidates(
             continue
         if kind == "torus" and pure_noise:
             break  # the dearest to fit, and with nothing left to explain
-        surface = PRIMITIVE_FITS[kind](points[kept], normals[kept], sigma, None, True)
+        # A torus creeps to its place: a draft of it tells nothing.
+        is_draft = kind != "torus"
+        surface = PRIMITIVE_FITS[kind](points[kept], normals[kept], sigma, None, is_draft)
         if surface is None:
             continue
         residuals = surface.signed_distance(points[kept])

@@ -23,7 +23,7 @@ from scipy.stats import chi2
 
 from crispline.fit import cone, cylinder, plane, sphere, torus
 from crispline.fit.robust import DistanceModel, tukey_weights
-from crispline.surface import Cone, Surface
+from crispline.surface import Cone, Cylinder, Sphere, Surface, Torus
 from crispline.surface.base import Array
 
 _DIFFERENCE = 1e-4
@@ -107,6 +107,18 @@ def estimate(surface: Surface, points: Array, sigma: float) -> Estimate | None:
     return Estimate(surface.kind, shape, factor)
 
 
+def is_proper(surface: Surface) -> bool:
+    """Whether a surface is what its kind says: no cone as flat as a plane, no radius below zero."""
+    match surface:
+        case Cone():
+            return bool(cone.MIN_HALF_ANGLE <= surface.half_angle <= cone.MAX_HALF_ANGLE)
+        case Cylinder() | Sphere():
+            return surface.radius > 0.0
+        case Torus():
+            return 0.0 < surface.minor_radius < surface.major_radius
+    return True
+
+
 class Adjustment:
     """Estimates and the relations accepted between them so far.
 
@@ -139,7 +151,8 @@ class Adjustment:
         if not (np.isfinite(values).all() and np.isfinite(rows).all()):
             return False
         values = values + rows @ self._solution
-        rows = rows - (rows @ self._rows.T) @ self._rows
+        for _ in range(2):  # twice is enough for orthogonality to rounding
+            rows = rows - (rows @ self._rows.T) @ self._rows
         left, lengths, right = np.linalg.svd(rows, full_matrices=False)
         amounts = left.T @ values
         is_free = lengths > _KNOWN
@@ -149,9 +162,8 @@ class Adjustment:
         if len(steps):
             if float(steps @ steps) > chi2.ppf(_CONFIDENCE, len(steps)):
                 return False
-            fresh = right[is_free]
-            self._solution = self._solution + steps @ fresh
-            self._rows = np.linalg.qr(np.vstack([self._rows, fresh]).T)[0].T
+            self._solution = self._solution + steps @ right[is_free]
+            self._rows = np.vstack([self._rows, right[is_free]])
         self._relations.append(relation)
         return True
 
@@ -167,11 +179,15 @@ class Adjustment:
         """
         estimates = dict(self._estimates)
         for _ in range(_MAX_NEWTON_STEPS):
-            systems = [self._linearised(relation, estimates) for relation in self._relations]
+            systems = [
+                _independent(*self._linearised(relation, estimates)) for relation in self._relations
+            ]
             if not systems:
                 return {}
             values = np.concatenate([value for value, _ in systems])
             rows = np.vstack([row for _, row in systems])
+            if not np.isfinite(rows).all():
+                break
             left, lengths, right = np.linalg.svd(rows, full_matrices=False)
             is_free = lengths > _KNOWN
             step = -right[is_free].T @ ((left.T @ values)[is_free] / lengths[is_free])
@@ -200,6 +216,15 @@ class Adjustment:
                 estimates[name].factor, columns.T, trans="T"
             ).T
         return values, rows
+
+
+def _independent(values: Array, rows: Array) -> tuple[Array, Array]:
+    """As many equations as are independent, in place of those of one relation."""
+    if not np.isfinite(rows).all():
+        return values, rows
+    left, lengths, right = np.linalg.svd(rows, full_matrices=False)
+    is_free = lengths > _KNOWN
+    return (left.T @ values)[is_free], lengths[is_free, None] * right[is_free]
 
 
 def _derivatives(relation: Relation, pair: Sequence[Estimate], position: int) -> Array:

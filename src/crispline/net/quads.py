@@ -33,6 +33,7 @@ _OVERHANG = 2.0  # how far an open surface runs on over its end before it is tri
 _MAX_LOCAL_SPACING = 4.0
 _UNCOVERED = 3.0  # points this far from the closed surface are not on it ...
 _MAX_UNCOVERED = 0.01  # ... and if more than this share is not, the scan is not closed
+_CLEARLY_WIDER = 1.25  # gaps this much wider than those to be filled make a scan open
 _LONGEST_HOLE = 12  # sides of a hole that the mesher left by accident
 
 
@@ -108,7 +109,8 @@ class _Builder:
         distance, _ = nearest(cKDTree(mesh.vertices), self.cloud.points, 1, self.threads)
         if np.mean(distance > _UNCOVERED) > _MAX_UNCOVERED:
             return True
-        return len(self._coverage(mesh).widths) > 0
+        widths = self._coverage(mesh).widths
+        return bool((widths > _CLEARLY_WIDER * self.options.fill_holes).any())
 
     def closed_net(self, mesh: TriangleMesh) -> QuadNet:
         """Quads over a closed mesh."""

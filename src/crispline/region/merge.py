@@ -8,6 +8,7 @@ import numpy as np
 
 from crispline.fit.bspline import fit_bspline_surface
 from crispline.fit.choose import explains, fit_jointly
+from crispline.fit.starts import extent
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.fitting import LabelledCloud
 from crispline.region.patches import Labels, PatchGraph
@@ -23,7 +24,7 @@ _NOISE_SHARE = 0.02  # fits differ by this much per point for reasons that are n
 _COMPARABLE = 0.2  # share of the larger piece's points that the smaller must have
 _FINER = 1.7  # control points of a B-spline over its own before it took a neighbour; steps are 1.5
 _SWEEP_RATIO = 1.15  # of the radii of two cylinders that approximate one bent round ...
-_SWEEP_DEG = 15.0  # ... and the turn of its axis from one to the other
+_SWEEP_SIGMAS = 3.0  # ... and how far it leaves them
 _JOINT_KINDS = ("plane", "cylinder", "cone", "sphere")
 
 
@@ -69,7 +70,8 @@ def gentle_borders(
 ) -> list[tuple[Pair, int, float]]:
     """Neighbouring regions whose surfaces meet at less than ``max_deg``, longest border first.
 
-    Each with the number of its sides and the median angle between the surfaces in degrees.
+    Each with the number of its sides and the median angle between the surfaces in degrees;
+    a surface that does not explain its region gives way to the patches beside the border.
     """
     a, b = label[graph.pairs[:, 0]], label[graph.pairs[:, 1]]
     between = np.flatnonzero(a != b)
@@ -80,7 +82,10 @@ def gentle_borders(
     found = []
     for group in np.split(order, breaks) if len(order) else []:
         pair = (int(low[group[0]]), int(high[group[0]]))
-        sides = [fits[r].surface.project(middle[group])[1] * fits[r].orientation for r in pair]
+        if all(fits[region].is_accepted for region in pair):
+            sides = [fits[r].surface.project(middle[group])[1] * fits[r].orientation for r in pair]
+        else:
+            sides = list(np.swapaxes(graph.normals[graph.pairs[between[group]]], 0, 1))
         cosine = float(np.median(np.einsum("ij,ij->i", *sides)))
         angle_deg = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
         if angle_deg < max_deg:
@@ -97,7 +102,7 @@ def _is_one_surface(
 ) -> bool:
     """Whether one primitive, or one B-spline in place of another, explains both regions."""
     both = [(points, normals) for points, normals, _ in parts]
-    joint = fit_jointly(_JOINT_KINDS, both, sigma, options)
+    joint = fit_jointly(_joint_kinds(fits), both, sigma, options)
     if joint is not None:
         apart = [(fit.surface, points) for fit, (points, _) in zip(fits, both, strict=True)]
         together = [(joint, points) for points, _ in both]
@@ -107,6 +112,12 @@ def _is_one_surface(
         if _chi_square(together, sigma) < _chi_square(apart, sigma) + allowance:
             return True
     return is_smooth and _is_one_free_form(parts, fits, sigma, options)
+
+
+def _joint_kinds(fits: list[RegionFit]) -> tuple[str, ...]:
+    """Kinds of primitive that may explain two regions; no torus has a flat piece."""
+    is_flat = any(fit.surface.kind == "plane" for fit in fits)
+    return _JOINT_KINDS if is_flat else (*_JOINT_KINDS, "torus")
 
 
 def _is_one_free_form(
@@ -125,7 +136,7 @@ def _is_one_free_form(
     sizes = sorted(len(points) for points, _, _ in parts)
     if not splines and sizes[0] < _COMPARABLE * sizes[1]:
         return False
-    if not (splines or _is_sweep(fits) or all(_is_shallow(fit, options) for fit in fits)):
+    if not (splines or _is_sweep(fits, sigma) or all(_is_shallow(fit, options) for fit in fits)):
         return False
     points = np.concatenate([points for points, _, _ in parts])
     normals = np.concatenate([normals for _, normals, _ in parts])
@@ -136,14 +147,21 @@ def _is_one_free_form(
     return all(explains(free, points, normals, sigma, options) for points, normals, _ in parts)
 
 
-def _is_sweep(fits: list[RegionFit]) -> bool:
-    """Whether two cylinders differ little: pieces of a round that bends, a fillet for instance."""
+def _is_sweep(fits: list[RegionFit], sigma: float) -> bool:
+    """Whether two cylinders may be pieces of one round that bends, a fillet for instance.
+
+    A round that turns as much as their axes do leaves either cylinder by an eighth of
+    its length times the turn. Noise must hide that: cylinders that fit too well for it
+    meet in a mitre.
+    """
     first, second = (fit.surface for fit in fits)
     if not (isinstance(first, Cylinder) and isinstance(second, Cylinder)):
         return False
     ratio = first.radius / second.radius
-    turn = np.degrees(np.arccos(min(abs(float(first.axis @ second.axis)), 1.0)))
-    return bool(1.0 / _SWEEP_RATIO < ratio < _SWEEP_RATIO and turn < _SWEEP_DEG)
+    turn = float(np.arccos(min(abs(float(first.axis @ second.axis)), 1.0)))
+    length = min(extent(fit.points) for fit in fits)
+    is_hidden = length * turn / 8.0 < _SWEEP_SIGMAS * sigma
+    return is_hidden and 1.0 / _SWEEP_RATIO < ratio < _SWEEP_RATIO
 
 
 def _is_shallow(fit: RegionFit, options: FitOptions) -> bool:

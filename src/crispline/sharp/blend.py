@@ -9,6 +9,7 @@ import numpy as np
 
 from crispline.fit.bspline import PassThrough, fit_bspline_surface
 from crispline.fit.choose import explains
+from crispline.fit.residual import residual_limit
 from crispline.options import FitOptions, LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Topology
@@ -22,6 +23,10 @@ _BESIDE = 1.0
 _MAX_KINK_DEG = 30.0
 """Free B-splines swing at their rim: up to this angle a border is tried as a smooth one, and
 the points decide."""
+_MAX_GAP = 0.5
+"""Surfaces farther apart along a border do not touch: a narrow face was lost there, spacings."""
+_FINER = 5.0
+"""A join that needs so many times the control points is no join."""
 
 
 def blended(
@@ -83,8 +88,11 @@ def _borders(
         is_ring = chain.is_closed and int(chain.vertices[0]) not in anchors
         guide = guide_along(net_vertices[chain.vertices], is_ring)
         pair = [regions[chain.left], regions[chain.right]]
-        if touching_border(guide, pair, options) is not None:
-            yield _along(guide, regions[other], 1.0 if chain.left == other else -1.0)
+        if touching_border(guide, pair, options) is None:
+            continue
+        feet, beside = _along(guide, regions[other], 1.0 if chain.left == other else -1.0)
+        if np.abs(regions[label].surface.signed_distance(feet)).max() <= _MAX_GAP:
+            yield feet, beside
 
 
 def _along(guide: Guide, neighbour: RegionFit, side: float) -> tuple[Array, Array]:
@@ -101,9 +109,14 @@ def _refitted(
 ) -> RegionFit | None:
     """The B-spline through the constraints; None if its points or they speak against it."""
     sigma = max(sigma, options.sigma_floor)
-    normals = fit.orientation * fit.surface.project(fit.points)[1]
-    surface = fit_bspline_surface(fit.points, normals, sigma, options, constraints)
-    if surface is None or not explains(surface, fit.points, normals, sigma, options):
+    # Points that the free fit left out at the rim belong to a neighbour.
+    own = np.abs(fit.residuals) < residual_limit(sigma, options)
+    points = fit.points[own]
+    normals = fit.orientation * fit.surface.project(points)[1]
+    surface = fit_bspline_surface(points, normals, sigma, options, constraints)
+    if surface is None or surface.n_parameters > _FINER * fit.surface.n_parameters:
+        return None
+    if not explains(surface, points, normals, sigma, options):
         return None
     before, after = (
         float(np.abs(candidate.signed_distance(constraints.points)).max())

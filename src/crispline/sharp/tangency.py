@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from crispline.fit.constrained import Adjustment, estimate
+from crispline.fit.constrained import Adjustment, estimate, is_proper
 from crispline.fit.regularize import regularize
 from crispline.fit.starts import extent
 from crispline.options import FitOptions, LocateOptions
@@ -144,11 +144,14 @@ def _refitted(
 def _most_spoilt(
     moved: Mapping[int, RegionFit], regions: Mapping[int, RegionFit], sigma: float
 ) -> int | None:
-    """The surface whose points it has left more than noise explains; None if there is none.
+    """A surface that is none any more, or has left its points most; None if noise explains all.
 
     The price of a relation is worked out to first order: a surface that its points
     hold loosely may not be where that said.
     """
+    for label, fit in sorted(moved.items()):
+        if not is_proper(fit.surface):
+            return label
     rise = {label: _chi_square(fit) - _chi_square(regions[label]) for label, fit in moved.items()}
     worst = max(rise, key=lambda label: (rise[label], label), default=None)
     return None if worst is None or rise[worst] <= _MAX_RISE * sigma**2 else worst

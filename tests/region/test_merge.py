@@ -1,0 +1,99 @@
+"""Neighbours that one surface explains, and neighbours that none does."""
+
+import numpy as np
+import pytest
+
+from crispline.fit.choose import choose_surface
+from crispline.options import FitOptions, RegionOptions
+from crispline.region.fitting import LabelledCloud
+from crispline.region.merge import merge_regions
+from crispline.region.patches import PatchGraph
+from crispline.region.regionfit import RegionFit
+
+SIGMA = 0.15
+
+
+def swept(spine, radius, length, arc_deg=90.0, seed=0):
+    """A tube of ``radius`` about ``spine(t)``, cut in two at half its length.
+
+    ``spine`` maps lengths to points and unit tangents in the xy plane.
+    """
+    rng = np.random.default_rng(seed)
+    arc = np.radians(arc_deg)
+    along, around = np.arange(0.5, length), np.arange(0.5, radius * arc) / radius
+
+    def points_at(t, angle):
+        centre, tangent = spine(t)
+        side = np.column_stack([tangent[:, 1], -tangent[:, 0], 0.0 * t])
+        normals = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * [0.0, 0.0, 1.0]
+        return centre + radius * normals, normals
+
+    t, angle = (grid.ravel() for grid in np.meshgrid(along, around, indexing="ij"))
+    centres, centre_normals = points_at(t, angle)
+    index = np.arange(len(t)).reshape(len(along), len(around))
+    pairs = np.concatenate(
+        [
+            np.column_stack([index[1:].ravel(), index[:-1].ravel()]),
+            np.column_stack([index[:, 1:].ravel(), index[:, :-1].ravel()]),
+        ]
+    )
+    graph = PatchGraph(centres, centre_normals, pairs, 1.0)
+    label = (t > length / 2).astype(np.int64)
+    n = 2 * len(t)
+    raw_t, raw_angle = rng.uniform(0.0, length, n), rng.uniform(0.0, arc, n)
+    points, normals = points_at(raw_t, raw_angle)
+    points = points + SIGMA * rng.normal(size=(n, 1)) * normals
+    region = (raw_t > length / 2).astype(np.int64)
+    clearance = np.abs(raw_t - length / 2)
+    return graph, label, LabelledCloud(points, normals, region, clearance)
+
+
+def straight(kink_deg=0.0, at=30.0):
+    def spine(t):
+        turn = np.radians(kink_deg) * (t > at)
+        tangent = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * t])
+        past = np.maximum(t - at, 0.0)
+        return np.minimum(t, at)[:, None] * [1.0, 0.0, 0.0] + past[:, None] * tangent, tangent
+
+    return spine
+
+
+def bent(radius):
+    def spine(t):
+        turn = t / radius
+        tangent = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * t])
+        centre = radius * np.column_stack([np.sin(turn), 1.0 - np.cos(turn), 0.0 * t])
+        return centre, tangent
+
+    return spine
+
+
+def merged(scene, kinds):
+    """Labels after merging; each half is first fitted alone, with the given kinds."""
+    graph, label, cloud = scene
+    options = FitOptions(max_points=1000)
+    fits = {}
+    for region in (0, 1):
+        points, normals, _ = cloud.samples(region, options)
+        surface = choose_surface(points, normals, SIGMA, options, kinds).surface
+        fits[region] = RegionFit(surface, 1, points, surface.signed_distance(points))
+    return merge_regions(label, fits, cloud, graph, SIGMA, RegionOptions(), options, set())
+
+
+@pytest.mark.parametrize(
+    ("spine", "kinds"),
+    [
+        (straight(), ("cylinder",)),
+        (bent(25.0), ("torus",)),
+        (bent(400.0), ("cylinder",)),
+    ],
+    ids=["cylinder", "torus", "bent fillet"],
+)
+def test_halves_of_one_face_are_joined(spine, kinds):
+    label = merged(swept(spine, 8.0, 60.0), kinds)
+    assert len(np.unique(label)) == 1
+
+
+def test_cylinders_that_meet_in_a_mitre_stay_apart():
+    label = merged(swept(straight(kink_deg=12.0), 8.0, 60.0), ("cylinder",))
+    assert len(np.unique(label)) == 2
