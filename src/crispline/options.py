@@ -203,7 +203,8 @@ class Options:
     threads: int = 0
     """Threads for neighbour queries and transforms; 0 means all cores. Never changes the result."""
     model: Literal["auto", "trimmed", "patches"] = "auto"
-    """``trimmed`` faces, bicubic ``patches``, or the first of trimmed, mixed, patches that holds."""
+    """``trimmed`` faces, bicubic ``patches``, or the first of trimmed, mixed and patches that
+    holds."""
     cloud: CloudOptions = field(default_factory=CloudOptions)
     net: NetOptions = field(default_factory=NetOptions)
     detect: DetectOptions = field(default_factory=DetectOptions)

@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from crispline import pipeline
 from crispline.brep.check import check_shape
 from crispline.brep.compose import make_solid
 from crispline.brep.ladder import _reasons
+from crispline.features import located_features
 from crispline.options import Options
 from crispline.shapes import SHAPES, sample
 from crispline.sharp.patched import patched
@@ -24,7 +24,7 @@ MAX_MOVE = 1.5
 def ladder():
     """What the models of a scan of the box with cylinder are made from."""
     cloud = sample(SHAPES["box-cylinder"](), 3000, noise=0.01, seed=1)
-    return pipeline._features(cloud.points, Options(), Stopwatch()).ladder
+    return located_features(cloud.points, Options(), Stopwatch()).ladder
 
 
 def away(face):

@@ -20,9 +20,9 @@ from crispline.surface.base import Array, Similarity
 
 _BARE = 2.0
 """Vertices of the net farther than this from every point span a hole, in spacings."""
-_MAX_ROUNDS = 4
+_MAX_ROUNDS = 3
 """How often regions that turn out to fail beside patches become patches too."""
-_MAX_SHARE = 0.5
+_MAX_SHARE = 0.35
 """Share of the quads above which a model of patches only is simpler."""
 _REPAIR_SECONDS = 20.0
 """Time for repairs of a mixed model, which has a rung below it."""
@@ -155,8 +155,8 @@ def _is_good(solid: Solid | None) -> bool:
 
 def _reasons(model: Model, solid: Solid) -> dict[int, str]:
     """Why the face of each failing region fails."""
-    return {
-        model.faces[fault.index].region: fault.reason
-        for fault in reversed(solid.check.bad_faces)
-        if fault.index >= 0
-    }
+    found: dict[int, dict[str, None]] = {}
+    for fault in solid.check.bad_faces:
+        if fault.index >= 0:
+            found.setdefault(model.faces[fault.index].region, {})[fault.reason] = None
+    return {region: ", ".join(list(reasons)[:3]) for region, reasons in found.items()}

@@ -111,6 +111,7 @@ def fit_bspline_surface(
     options: FitOptions,
     constraints: PassThrough | None = None,
     border_distance: Array | None = None,
+    max_parameters: float = np.inf,
 ) -> BSplineSurface | None:
     """The coarsest bicubic B-spline that leaves nothing but noise.
 
@@ -124,6 +125,7 @@ def fit_bspline_surface(
     border_distance : distance of each point from the region's border, shape
         ``(n,)``, spacings. Given it, the fit starts from points well inside and
         takes in the rim where it agrees; the rim holds a neighbour's points.
+    max_parameters : finer surfaces, with more coordinates of control points, are not tried.
 
     Returns
     -------
@@ -134,7 +136,8 @@ def fit_bspline_surface(
         return None
     data = _parametrised(points, normals, constraints)
     core = _core(border_distance, len(points))
-    surface, data, n_spans = _coarsest(_using(data, core), sigma, options, N_SPANS)
+    most = max_parameters / 3.0
+    surface, data, n_spans = _coarsest(_using(data, core), sigma, options, N_SPANS, most)
     if core.all() or border_distance is None:
         return surface
     for distance in _RIM_DISTANCES:
@@ -142,7 +145,7 @@ def fit_bspline_surface(
         agrees = np.abs(_residuals(surface, data)[: data.n_free]) < limit
         used = data.is_used[: data.n_free] | ((border_distance >= distance) & agrees)
         finer = tuple(n for n in N_SPANS if n >= n_spans)
-        surface, data, n_spans = _coarsest(_using(data, used), sigma, options, finer)
+        surface, data, n_spans = _coarsest(_using(data, used), sigma, options, finer, most)
     return surface
 
 
@@ -173,7 +176,7 @@ def _using(data: _Data, used: NDArray[np.bool_]) -> _Data:
 
 
 def _coarsest(
-    data: _Data, sigma: float, options: FitOptions, n_spans: tuple[int, ...]
+    data: _Data, sigma: float, options: FitOptions, n_spans: tuple[int, ...], most: float
 ) -> tuple[BSplineSurface, _Data, int]:
     """Refine until the residuals are noise, or the drift no longer falls."""
     free = data.is_used[: data.n_free]
@@ -183,7 +186,7 @@ def _coarsest(
         a * averaged + b * options.tolerance for a, b in (_MEAN_LIMIT, _WORST_LIMIT)
     )
     trials: list[_Trial] = []
-    for n, knots in _knot_choices(data, n_spans):
+    for n, knots in _knot_choices(data, n_spans, most):
         surface, data = _fit_on_knots(data, knots, sigma, _TRIAL_CORRECTIONS)
         residuals = clipped(_residuals(surface, data)[: data.n_free][free], sigma, options)
         means = np.abs(local_means(points, residuals))
@@ -203,14 +206,15 @@ def _coarsest(
 
 
 def _knot_choices(
-    data: _Data, n_spans: tuple[int, ...]
+    data: _Data, n_spans: tuple[int, ...], most: float
 ) -> Iterator[tuple[int, tuple[Array, Array]]]:
-    """Uniform knots with nearly square spans; stops where the points cannot determine more."""
+    """Uniform knots with nearly square spans; stops at ``most`` control points, and where the
+    points cannot determine more."""
     low = np.array([data.u.min(), data.v.min()])
     size = np.maximum(np.array([data.u.max(), data.v.max()]) - low, 1e-9)
     margin = DOMAIN_MARGIN * size
     aspect = np.sqrt(size[0] / size[1])
-    most = data.is_used.sum() / _POINTS_PER_CONTROL_POINT
+    most = min(most, data.is_used.sum() / _POINTS_PER_CONTROL_POINT)
     for index, n in enumerate(n_spans):
         n_u, n_v = max(round(n * aspect), 1), max(round(n / aspect), 1)
         if index and (n_u + 3) * (n_v + 3) > most:

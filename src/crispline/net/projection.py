@@ -35,17 +35,21 @@ def project_to_cloud(
     Vertices farther than four spacings from every point stay where they are.
     """
     points = np.asarray(tree.data, dtype=np.float64)
-    projected = np.empty_like(vertices)
+    projected = np.array(vertices, dtype=np.float64)
     k = min(_N_NEIGHBOURS, len(points))
-    for begin in range(0, len(vertices), _CHUNK):
-        chunk = vertices[begin : begin + _CHUNK]
+    # Most of the closed surface of an open scan is lids, far from every point.
+    distance, _ = tree.query(vertices, distance_upper_bound=_SUPPORT, workers=threads)
+    near = np.flatnonzero(np.isfinite(distance))
+    for begin in range(0, len(near), _CHUNK):
+        members = near[begin : begin + _CHUNK]
+        chunk = projected[members]
         # Vertices move by a fraction of a spacing: their neighbours stay the same.
         nearest = np.asarray(tree.query(chunk, k=k, workers=threads)[1])
         near_points, near_normals = points[nearest], normals[nearest].astype(np.float32)
         for _ in range(n_steps):
             offset = (chunk[:, None] - near_points).astype(np.float32)
             chunk = chunk - _rimls_step(offset, near_normals)
-        projected[begin : begin + _CHUNK] = chunk
+        projected[members] = chunk
     return projected
 
 

@@ -37,7 +37,7 @@ class Support:
     Attributes
     ----------
     inset : distance to the end of the points, positive inside, spacings, shape ``(n,)``;
-        no more than six local spacings.
+        between -12 (nothing near) and 6 local spacings.
     inward : unit directions from the end of the points, shape ``(n, 3)``; zero if unknown.
     gap : distance to the nearest point, in local spacings, shape ``(n,)``.
     spacing : local spacing there, spacings, shape ``(n,)``.
@@ -98,12 +98,15 @@ def support(
     points = np.asarray(tree.data, dtype=np.float64)
     local_spacing = np.maximum(local_spacing, 1.0)
     k = min(_N_NEIGHBOURS, len(points))
-    n = len(places)
-    inset, gap, spacing, inward = np.empty(n), np.empty(n), np.empty(n), np.empty((n, 3))
-    for begin in range(0, n, _CHUNK):
-        chunk = slice(begin, begin + _CHUNK)
+    lift_off, closest = nearest(tree, places, 1, threads)
+    spacing = local_spacing[closest[:, 0]]
+    gap = lift_off[:, 0] / spacing
+    inset, inward = _T[0] * _WIDTH * spacing, np.zeros((len(places), 3))
+    # Beyond that the gap alone decides, and many neighbours of far places take long to find.
+    near = np.flatnonzero(gap < MAX_GAP + _LIMIT)
+    for begin in range(0, len(near), _CHUNK):
+        chunk = near[begin : begin + _CHUNK]
         distance, index = nearest(tree, places[chunk], k, threads)
-        spacing[chunk] = local_spacing[index[:, 0]]
         width = _WIDTH * spacing[chunk]
         weight = np.exp(-0.5 * (distance**2 - distance[:, :1] ** 2) / width[:, None] ** 2)
         offset = points[index] - places[chunk][:, None]
@@ -113,7 +116,6 @@ def support(
         length = np.linalg.norm(mean, axis=1)
         inward[chunk] = mean / np.where(length > 0.0, length, 1.0)[:, None]
         inset[chunk] = width * np.interp(length / width, _MEAN[::-1], _T[::-1])
-        gap[chunk] = distance[:, 0] / spacing[chunk]
     return Support(inset, inward, gap, spacing)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -142,7 +143,14 @@ def _finished(runs: Sequence[Run], n_jobs: int) -> Iterator[tuple[int, list[Tria
         yield from ((index, each.trials(threads=0)) for index, each in enumerate(runs))
         return
     # Fresh interpreters: forking a process that has threads may lock it up.
-    with ProcessPoolExecutor(n_jobs, mp_context=get_context("spawn")) as pool:
+    # Ctrl-C reaches them too, and ends them at once and silently.
+    workers = ProcessPoolExecutor(
+        n_jobs,
+        mp_context=get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_DFL),
+    )
+    with workers as pool:
         index_of = {pool.submit(_trials, each): index for index, each in enumerate(runs)}
         try:
             for future in as_completed(index_of):

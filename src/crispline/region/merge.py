@@ -132,7 +132,11 @@ def _is_one_free_form(
     its neighbour without becoming much finer. A B-spline fine enough explains
     any smooth neighbour, fillets and planes too; that would be no explanation.
     """
-    splines = [fit.surface.n_parameters for fit in fits if fit.surface.kind == "bspline"]
+    free_forms = [fit for fit in fits if fit.surface.kind == "bspline"]
+    # What no B-spline explains by itself it does not explain together with more.
+    if not all(fit.is_accepted for fit in free_forms):
+        return False
+    splines = [fit.surface.n_parameters for fit in free_forms]
     sizes = sorted(len(points) for points, _, _ in parts)
     if not splines and sizes[0] < _COMPARABLE * sizes[1]:
         return False
@@ -141,8 +145,11 @@ def _is_one_free_form(
     points = np.concatenate([points for points, _, _ in parts])
     normals = np.concatenate([normals for _, normals, _ in parts])
     clearance = np.concatenate([clearance for _, _, clearance in parts])
-    free = fit_bspline_surface(points, normals, sigma, options, border_distance=clearance)
-    if free is None or (splines and free.n_parameters > _FINER * max(splines)):
+    finest = _FINER * max(splines) if splines else np.inf
+    free = fit_bspline_surface(
+        points, normals, sigma, options, border_distance=clearance, max_parameters=finest
+    )
+    if free is None or free.n_parameters > finest:
         return False
     return all(explains(free, points, normals, sigma, options) for points, normals, _ in parts)
 

@@ -1,0 +1,105 @@
+"""The method, stage by stage, up to the located edges and corners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from crispline.brep.ladder import Ladder
+from crispline.cloud.pointcloud import PointCloud
+from crispline.cloud.thin import thin_walls
+from crispline.cloud.working import working_cloud
+from crispline.net.halfedge import half_edges
+from crispline.net.orientation import oriented_normals
+from crispline.net.quads import quad_net
+from crispline.options import Options
+from crispline.region.evidence import gather_evidence
+from crispline.region.patches import PatchGraph
+from crispline.region.segment import segment
+from crispline.region.topology import border_topology
+from crispline.result import Reconstruction
+from crispline.sharp.blend import blended
+from crispline.sharp.curvature import curvature
+from crispline.sharp.detect import detect as detect_sharp
+from crispline.sharp.locate import locate
+from crispline.sharp.patched import LabelledNet
+from crispline.sharp.preserve import preserve
+from crispline.sharp.settle import settled
+from crispline.sharp.tangency import adjusted
+from crispline.spline.catmull_clark import patch_centres
+from crispline.stopwatch import Stopwatch
+
+
+@dataclass(frozen=True)
+class Features:
+    """What is known before a solid is built.
+
+    Attributes
+    ----------
+    ladder : what a model is made from.
+    result : the edges and corners, the sharpened surface, and what the user should know.
+    opening : where the net is open by accident, in words; empty if it is not.
+    """
+
+    ladder: Ladder
+    result: Reconstruction
+    opening: str
+
+
+def located_features(points: object, options: Options, watch: Stopwatch) -> Features:
+    """From the cloud to the located edges and corners; see :func:`crispline.reconstruct`."""
+    threads = options.threads or -1
+    given = PointCloud.from_any(points)
+    watch.stage("cloud", 0.0)
+    cloud = working_cloud(given.points, options.cloud, threads)
+    watch.stage("normals", 0.05)
+    walls = thin_walls(cloud).sentence(cloud)
+    normals, _ = oriented_normals(cloud, options.net, threads)
+    watch.stage("net", 0.1)
+    net = quad_net(cloud, normals, options.net, threads)
+    quads = half_edges(net.quads, len(net.vertices))
+    watch.stage("curvature", 0.4)
+    centres = patch_centres(net.vertices, net.quads)
+    graph = PatchGraph(centres.point, centres.normal, quads.pairs(), net.edge_length)
+    sigma = max(cloud.sigma, options.fit.sigma_floor)
+    detection = detect_sharp(
+        curvature(centres), graph.normals, graph.adjacency, graph.edge_length, sigma, options.detect
+    )
+    watch.stage("regions", 0.45)
+    evidence = gather_evidence(cloud, normals, graph, sigma, threads)
+    regions = segment(
+        evidence, net.vertices, quads, detection.is_sharp, options.region, options.fit
+    )
+    watch.stage("edges", 0.8)
+    topology = border_topology(quads, regions.label)
+    fits = adjusted(topology, net.vertices, regions.fits, sigma, options.fit, options.locate)
+    fits = blended(topology, net.vertices, fits, sigma, options.fit, options.locate)
+    located = locate(topology, net.vertices, fits, cloud.tree, sigma, options.locate)
+    smooth = settled(net, regions.label, fits, options.locate.settle_move)
+    patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
+    places = cloud.to_user.points(net.vertices)
+    opening = "" if net.is_open else quads.opening(places)
+    rims = (quads.rims(places),) if net.is_open and not quads.is_closed else ()
+    result = Reconstruction(
+        model=located.model.transformed(cloud.to_user),
+        patches=replace(patches, vertices=cloud.to_user.points(patches.vertices)),
+        spacing=cloud.spacing,
+        noise=cloud.sigma * cloud.spacing,
+        warnings=(
+            *cloud.warnings(given.n_dropped),
+            *([walls] if walls else []),
+            *net.notes,
+            *([opening] if opening else rims),
+            *(d.sentence(cloud.to_user) for d in located.doubts),
+        ),
+        patch_kinds=detection.kinds(),
+        plain_vertices=cloud.to_user.points(net.vertices),
+    )
+    ladder = Ladder(
+        located.model,
+        LabelledNet(smooth, regions.label, located.topology),
+        patches,
+        cloud.to_user,
+        cloud.to_user.points(cloud.points),
+        options.locate.preserve_move,
+    )
+    return Features(ladder, result, opening)
