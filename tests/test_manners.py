@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -16,7 +17,7 @@ from click.testing import CliRunner
 import crispline
 from crispline import cli, shapes
 from crispline.cli.options import configuration
-from crispline.configuration import to_toml
+from crispline.configuration import settings, to_toml
 from crispline.errors import InputError, ReconstructionError
 from crispline.options import FitOptions, NetOptions, Options, SharpenOptions
 
@@ -186,6 +187,25 @@ def test_sharpen_takes_its_table(tmp_path, monkeypatch):
     )
     assert "enough seen" in outcome.stderr
     assert seen == [SharpenOptions(rule="paper", repeat=1, max_gap=0.5)]
+
+
+def test_the_defaults_in_the_help_are_the_real_ones():
+    names = {
+        "seed": "seed",
+        "threads": "threads",
+        "model": "model",
+        "fill_holes": "net.fill_holes",
+        "rule": "sharpen.rule",
+        "repeat": "sharpen.repeat",
+    }
+    real = {one.name: one.value for one in settings()}
+    told = {
+        one.name: re.search(r"\[default: (.+)\]", one.help)[1]
+        for command in ("reconstruct", "sharpen")
+        for one in cli.main.commands[command].params
+        if one.name in names
+    }
+    assert told == {name: str(real[path]) for name, path in names.items()}
 
 
 # --- what is told -------------------------------------------------------------------------

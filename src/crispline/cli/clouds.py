@@ -169,8 +169,6 @@ def _report(
     summary_path : JSON file to write.
     failure : why there is no valid model; None if there is one.
     """
-    from rich.console import Console
-
     from crispline.files import write_text
     from crispline.report.summary import render_summary
 
@@ -181,7 +179,7 @@ def _report(
     if summary_path is not None:
         write_text(summary_path, json.dumps(summary, indent=1, allow_nan=False) + "\n")
     if result is not None:
-        Console().print(render_summary(summary))
+        messages.tell(render_summary(summary))
 
 
 def _write_page(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from crispline.cli import messages
 from crispline.cli.parameters import UNITS, cloud_argument, output_option
 from crispline.cli.program import program
 
@@ -48,8 +49,6 @@ def compare(
 
     points = read_points(cloud).points  # a bad file is told before the slow imports
 
-    from rich.console import Console
-
     from crispline.brep.comparison import compare as compared
     from crispline.brep.shape_files import read_shape
     from crispline.brep.units import MILLIMETRES
@@ -71,7 +70,7 @@ def compare(
     if page_path is not None:
         title = f"{model.name} and {cloud.name}"
         write_comparison_page(page_path, found, given.shape, points, title=title, unit=given.unit)
-    Console().print(render_comparison(found, given.unit))
+    messages.tell(render_comparison(found, given.unit))
     if found.is_within is False:
         raise ReconstructionError(
             f"'{cloud}' misses the tolerance of {tolerance:g} {given.unit} to '{model}': "

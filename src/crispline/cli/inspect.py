@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from crispline.cli import messages
 from crispline.cli.parameters import cloud_argument, output_option, threads_option
 from crispline.cli.program import program
 
@@ -24,8 +25,6 @@ def inspect(cloud: Path, json_path: Path | None, threads: int) -> None:
 
     points = read_points(cloud)  # a bad file is told before the slow imports
 
-    from rich.console import Console
-
     from crispline.cloud.inspection import inspect as inspected
     from crispline.files import write_text
     from crispline.report.inspect import inspection_summary, render_inspection
@@ -34,4 +33,4 @@ def inspect(cloud: Path, json_path: Path | None, threads: int) -> None:
     if json_path is not None:
         content = json.dumps(inspection_summary(found), indent=1, allow_nan=False)
         write_text(json_path, content + "\n")
-    Console().print(render_inspection(found))
+    messages.tell(render_inspection(found))

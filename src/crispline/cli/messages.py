@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from crispline.configuration import Configuration
 
+_PIPE_WIDTH = 160
 _QUIET, _VERBOSE, _JSON = "crispline.quiet", "crispline.verbose", "crispline.log_json"
 _SUMMARY, _START = "crispline.summary", "crispline.start"
 
@@ -56,6 +59,16 @@ def is_json() -> bool:
     return _is_set(_JSON)
 
 
+def tell(content: RenderableType) -> None:
+    """Print text or tables on stdout; wide in a pipe or a file, where nothing wraps lines."""
+    from rich.console import Console
+
+    console = Console()
+    if not console.is_terminal:
+        console.width = _PIPE_WIDTH
+    console.print(content)
+
+
 def _is_set(key: str) -> bool:
     return bool(click.get_current_context().meta.get(key))
 
@@ -67,7 +80,7 @@ def progress() -> AbstractContextManager[Callable[[str, float], None]]:
     from crispline.report.progress import events, show_progress, timed_lines
 
     if is_json():
-        return nullcontext(events(write_event))
+        return nullcontext(events(write_event, click.get_current_context().meta[_START]))
     if is_quiet():
         return nullcontext(lambda stage, fraction: None)
     console = Console(stderr=True)

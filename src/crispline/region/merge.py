@@ -8,6 +8,7 @@ import numpy as np
 
 from crispline.fit.bspline import fit_bspline_surface
 from crispline.fit.choose import explains, fit_jointly
+from crispline.fit.robust import thinned
 from crispline.fit.starts import extent
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.fitting import LabelledCloud
@@ -146,8 +147,14 @@ def _is_one_free_form(
     normals = np.concatenate([normals for _, normals, _ in parts])
     clearance = np.concatenate([clearance for _, _, clearance in parts])
     finest = _FINER * max(splines) if splines else np.inf
+    kept = thinned(len(points), 2 * options.max_points)
     free = fit_bspline_surface(
-        points, normals, sigma, options, border_distance=clearance, max_parameters=finest
+        points[kept],
+        normals[kept],
+        sigma,
+        options,
+        border_distance=clearance[kept],
+        max_parameters=finest,
     )
     if free is None or free.n_parameters > finest:
         return False

@@ -40,9 +40,14 @@ def timed_lines(console: Console) -> Report:
     return report
 
 
-def events(write: Callable[[dict[str, Any]], None]) -> Report:
-    """A callback that hands on every stage as an event with its share and the seconds so far."""
-    start = time.perf_counter()
+def events(write: Callable[[dict[str, Any]], None], start: float) -> Report:
+    """A callback that hands on every stage as an event with its share and the seconds so far.
+
+    Parameters
+    ----------
+    write : takes one event.
+    start : what ``time.perf_counter`` said when the command began.
+    """
 
     def report(stage: str, fraction: float) -> None:
         seconds = round(time.perf_counter() - start, 3)
