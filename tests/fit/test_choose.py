@@ -70,7 +70,7 @@ def test_few_points_end_in_the_best_primitive(patches):
 def test_nothing_to_fit_is_an_error():
     points = np.outer(np.arange(4.0), [1.0, 0.0, 0.0])
     with pytest.raises(ValueError, match="4 points"):
-        choose_surface(points, np.tile([0.0, 0.0, 1.0], (4, 1)), 0.05, OPTIONS, kinds=("plane",))
+        choose_surface(points, np.tile([0.0, 0.0, 1.0], (4, 1)), 0.05, OPTIONS, kinds=("cone",))
 
 
 def test_only_the_wanted_kinds_are_tried(patches):
@@ -138,3 +138,13 @@ def free_form(n, sigma, rng):
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     truth = np.column_stack([x, y, z])
     return truth + sigma * rng.normal(size=(n, 1)) * normals, normals, truth
+
+
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_too_few_points_get_their_tangent_plane_unaccepted(n):
+    points = np.linspace(0.0, 1.0, n)[:, None] * np.array([[1.0, 0.0, 0.0]])
+    normals = np.tile([0.0, 0.0, 1.0], (n, 1))
+    fit = choose_surface(points, normals, 0.1, OPTIONS)
+    assert fit.surface.kind == "plane"
+    assert not fit.is_accepted
+    np.testing.assert_allclose(fit.surface.signed_distance(points), 0.0, atol=1e-12)

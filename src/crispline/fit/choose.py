@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,7 +17,7 @@ from crispline.fit.robust import thinned
 from crispline.fit.sphere import fit_sphere
 from crispline.fit.torus import fit_torus
 from crispline.options import FitOptions
-from crispline.surface import Surface
+from crispline.surface import Plane, Surface, unit
 from crispline.surface.base import Array
 
 KINDS = ("plane", "cylinder", "sphere", "cone", "torus", "bspline")
@@ -108,8 +108,9 @@ def choose_surface(
     Returns
     -------
     The fit. If nothing passes: the B-spline of least drift where the region is
-    a height field of at least 25 points, else the primitive of least residual;
-    ``is_accepted`` is then False.
+    a height field of at least 25 points, else the primitive of least residual, else (too
+    few points, or all on a line) the plane across their mean normal; ``is_accepted`` is then
+    False.
 
     Raises
     ------
@@ -141,6 +142,12 @@ def choose_surface(
         free = fit_bspline_surface(points, normals, sigma, options, border_distance=distance)
         if free is not None:
             return tested(free, points, sigma, options, normals)
+    if not rejected and "plane" in kinds and len(points):
+        # Too few points for anything, as on a region that is one patch: their tangent plane.
+        normal = normals.mean(axis=0)
+        heading = unit(normal) if normal.any() else normals[0]
+        touching = Plane(points.mean(axis=0), heading)
+        return replace(tested(touching, points, sigma, options, normals), is_accepted=False)
     if not rejected:
         raise ValueError(f"none of {', '.join(kinds)} fits {len(points)} points")
     return min(rejected, key=lambda fit: fit.rms)
