@@ -22,15 +22,15 @@ def test_every_script_is_tested():
 
 
 def test_noisy_scan(tmp_path, capsys):
-    """Edges are located a tenth of a spacing well, in noise of 0.12 spacings and 5 % strays."""
-    assert script("noisy_scan").main(tmp_path) < 0.1
+    """Edges are located a tenth of a spacing well, in noise of 0.1 spacings and 5 % strays."""
+    assert script("noisy_scan").main(tmp_path, n_points=5000) < 0.1
     assert (tmp_path / "noisy.step").exists()
     assert "outliers" in capsys.readouterr().out
 
 
 def test_open_scan(tmp_path):
     """Without its bottom the box with cylinder has 7 faces and 10 edges, four rims aside."""
-    shell = script("open_scan").main(tmp_path)
+    shell = script("open_scan").main(tmp_path, n_points=4000)
     assert (shell.valid, shell.closed, len(shell.faces)) == (True, False, 7)
     assert sum(edge.is_sharp and min(edge.faces) >= 0 for edge in shell.edges) == 10
     assert b"OPEN_SHELL" in (tmp_path / "shell.step").read_bytes()
@@ -40,7 +40,7 @@ def test_iga_export(tmp_path):
     """Area and volume of a cube of side 70 with a cylinder of radius 25 and height 29 on it."""
     import json
 
-    area, volume = script("iga_export").main(tmp_path)
+    area, volume = script("iga_export").main(tmp_path, n_points=4000)
     assert area == pytest.approx(6 * 70**2 + 2 * np.pi * 25 * 29, rel=1e-3)
     assert volume == pytest.approx(70**3 + np.pi * 25**2 * 29, rel=1e-3)
     patches = json.loads((tmp_path / "patches.json").read_text())["shape"]["data"]
@@ -52,7 +52,7 @@ def test_iga_export(tmp_path):
 
 def test_compare_with_cad(tmp_path):
     """Every point was moved by 0.0875 in all; the model may add little to that."""
-    found = script("compare_with_cad").main(tmp_path)
+    found = script("compare_with_cad").main(tmp_path, n_points=4000)
     assert found.is_within
     assert len(found.faces) == 8
     assert found.whole.max < 0.0875 + 0.05

@@ -100,6 +100,16 @@ def test_the_domain_reaches_beyond_the_points():
     assert np.all(high - [u.max(), v.max()] > margin)
 
 
+def test_no_more_parameters_than_allowed():
+    points, normals, _ = patch(2500, 0.05)
+    free = fit_bspline_surface(points, normals, 0.05, OPTIONS)
+    bound = free.n_parameters
+    same = fit_bspline_surface(points, normals, 0.05, OPTIONS, max_parameters=bound)
+    np.testing.assert_array_equal(same.control_points, free.control_points)
+    coarser = fit_bspline_surface(points, normals, 0.05, OPTIONS, max_parameters=bound - 1)
+    assert coarser.n_parameters < bound
+
+
 def test_a_rim_of_foreign_points_is_left_out():
     points, normals, truth = patch(2500, 0.1)
     border = 25.0 - np.max(np.abs(truth[:, :2]), axis=1)

@@ -97,6 +97,15 @@ def test_vertices_far_from_the_cloud_stay():
     np.testing.assert_array_equal(project_to_cloud(vertices, cKDTree(points), normals, 3), vertices)
 
 
+def test_far_vertices_do_not_change_what_becomes_of_the_near_ones():
+    points, normals = rough_sheet()
+    near, far = points[:40] + 0.5 * normals[:40], points[40:80] + np.array([0.0, 0.0, 30.0])
+    mixed = np.stack([far, near], axis=1).reshape(-1, 3)
+    moved = project_to_cloud(mixed, cKDTree(points), normals, 2)
+    np.testing.assert_array_equal(moved[::2], far)
+    np.testing.assert_array_equal(moved[1::2], project_to_cloud(near, cKDTree(points), normals, 2))
+
+
 def test_chunks_do_not_change_the_result(monkeypatch):
     points, normals = rough_sheet()
     vertices = points + 0.3 * normals

@@ -84,3 +84,17 @@ def test_a_closed_surface_without_gaps_stays_whole(nets):
     cover = covered(points, mesh, 6.0)
     assert (cover.value > 0.0).all()
     assert len(cover.widths) == 0
+
+
+def test_far_places_are_outside_by_their_gap_alone():
+    points = square(30)
+    tree, spacing = cKDTree(points), np.ones(len(points))
+    heights = np.array([0.0, 4.0, 5.0, 40.0])
+    places = np.column_stack([np.zeros((4, 2)), heights])
+    found = support(places, np.tile(UP, (4, 1)), tree, spacing)
+    np.testing.assert_allclose(found.gap, tree.query(places)[0])
+    np.testing.assert_allclose(found.value[2:], -3.0)
+    np.testing.assert_allclose(found.inset[2:], -12.0)
+    np.testing.assert_array_equal(found.inward[2:], 0.0)
+    alone = support(places[:2], np.tile(UP, (2, 1)), tree, spacing)
+    np.testing.assert_array_equal(found.inset[:2], alone.inset)

@@ -90,7 +90,7 @@ def test_halves_of_a_side_join_and_sides_do_not(box):
     label = box.side + 6 * (box.graph.points[:, 0] > 0.0) * (box.side > 1)
     for _ in range(4):
         labelled, _, fits = fitted(box, label)
-        label = merge_regions(label, fits, labelled, box.graph, SIGMA, OPTIONS, FIT, set())
+        label = merge_regions(label, fits, labelled, box.graph, SIGMA, OPTIONS, FIT, {})
     assert len(np.unique(label)) == 6
     assert len(np.unique(np.stack([label, box.side]), axis=1)[0]) == 6
 

@@ -68,16 +68,24 @@ def bent(radius):
     return spine
 
 
-def merged(scene, kinds):
+def wavy(t):
+    tangent = np.column_stack([np.ones_like(t), 0.25 * np.cos(t / 16.0), 0.0 * t])
+    centre = np.column_stack([t, 4.0 * np.sin(t / 16.0), 0.0 * t])
+    return centre, tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
+
+
+def merged(scene, kinds, refused=None, is_accepted=True):
     """Labels after merging; each half is first fitted alone, with the given kinds."""
     graph, label, cloud = scene
+    refused = {} if refused is None else refused
     options = FitOptions(max_points=1000)
     fits = {}
     for region in (0, 1):
         points, normals, _ = cloud.samples(region, options)
         surface = choose_surface(points, normals, SIGMA, options, kinds).surface
-        fits[region] = RegionFit(surface, 1, points, surface.signed_distance(points))
-    return merge_regions(label, fits, cloud, graph, SIGMA, RegionOptions(), options, set())
+        residuals = surface.signed_distance(points)
+        fits[region] = RegionFit(surface, 1, points, residuals, is_accepted)
+    return merge_regions(label, fits, cloud, graph, SIGMA, RegionOptions(), options, refused)
 
 
 @pytest.mark.parametrize(
@@ -97,3 +105,18 @@ def test_halves_of_one_face_are_joined(spine, kinds):
 def test_cylinders_that_meet_in_a_mitre_stay_apart():
     label = merged(swept(straight(kink_deg=12.0), 8.0, 60.0), ("cylinder",))
     assert len(np.unique(label)) == 2
+
+
+@pytest.mark.parametrize(("is_accepted", "n_faces"), [(True, 1), (False, 2)])
+def test_a_free_form_that_does_not_explain_its_own_points_takes_no_neighbour(is_accepted, n_faces):
+    scene = swept(wavy, 20.0, 60.0, 40.0)
+    label = merged(scene, ("bspline",), is_accepted=is_accepted)
+    assert len(np.unique(label)) == n_faces
+
+
+@pytest.mark.parametrize(("share", "n_faces"), [(0.97, 2), (0.9, 1)])
+def test_what_was_refused_is_tried_again_only_when_it_has_changed(share, n_faces):
+    scene = swept(straight(), 8.0, 60.0)
+    sizes = tuple(int(share * n) for n in np.bincount(scene[1]))
+    label = merged(scene, ("cylinder",), refused={(0, 1): sizes})
+    assert len(np.unique(label)) == n_faces

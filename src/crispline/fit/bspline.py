@@ -209,7 +209,8 @@ def _knot_choices(
     data: _Data, n_spans: tuple[int, ...], most: float
 ) -> Iterator[tuple[int, tuple[Array, Array]]]:
     """Uniform knots with nearly square spans; stops at ``most`` control points, and where the
-    points cannot determine more."""
+    points cannot determine more.
+    """
     low = np.array([data.u.min(), data.v.min()])
     size = np.maximum(np.array([data.u.max(), data.v.max()]) - low, 1e-9)
     margin = DOMAIN_MARGIN * size

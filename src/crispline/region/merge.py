@@ -19,6 +19,7 @@ from crispline.surface.base import Array
 
 Pair = tuple[int, int]
 
+_CHANGED = 0.05  # share of its patches by which a region must change to be tried again
 _MIN_BORDER = 3  # sides; regions that touch less are not neighbours
 _CHI_SQUARE_CAP = 16.0
 _NOISE_SHARE = 0.02  # fits differ by this much per point for reasons that are no faces
@@ -37,22 +38,24 @@ def merge_regions(
     sigma: float,
     options: RegionOptions,
     fit_options: FitOptions,
-    refused: set[tuple[int, int, int, int]],
+    refused: dict[Pair, Pair],
 ) -> Labels:
     """One round of merges over the longest smooth borders; each region joins at most once.
 
     Parameters
     ----------
     fits : surface of every label.
-    refused : pairs (with their sizes) already found not to be one surface;
-        updated, so that later rounds do not try them again.
+    refused : pairs already found not to be one surface, and their sizes then; updated, so
+        that later rounds try them again only if they have changed since.
     """
     label = label.copy()
     size = np.bincount(label)
     joined: set[int] = set()
     for (a, b), sides, angle_deg in gentle_borders(label, fits, graph, options.max_merge_deg):
-        key = (a, b, int(size[a]), int(size[b]))
-        if sides < _MIN_BORDER or a in joined or b in joined or key in refused:
+        sizes = (int(size[a]), int(size[b]))
+        if sides < _MIN_BORDER or a in joined or b in joined:
+            continue
+        if (a, b) in refused and _are_alike(sizes, refused[a, b]):
             continue
         parts = [labelled.samples(region, fit_options) for region in (a, b)]
         if not all(len(points) for points, _, _ in parts):  # the net spans a gap in the cloud
@@ -62,8 +65,13 @@ def merge_regions(
             label[label == b] = a
             joined |= {a, b}
         else:
-            refused.add(key)
+            refused[a, b] = sizes
     return label
+
+
+def _are_alike(sizes: Pair, before: Pair) -> bool:
+    """Whether two regions have hardly changed: borders move by a patch here and there."""
+    return all(abs(n - m) <= _CHANGED * m for n, m in zip(sizes, before, strict=True))
 
 
 def gentle_borders(

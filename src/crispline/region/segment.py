@@ -65,7 +65,7 @@ def segment(
     label = split_into_surfaces(label, graph, is_sharp, patch_sigma, options, fit_options)
     label = tidy(label, quads, options.min_patches)
     known: dict[int, tuple[RegionFit, int]] = {}
-    refused: set[tuple[int, int, int, int]] = set()
+    refused: dict[tuple[int, int], tuple[int, int]] = {}
 
     def fitted(with_options: FitOptions) -> tuple[LabelledCloud, dict[int, RegionFit]]:
         nonlocal known
