@@ -100,14 +100,18 @@ def test_the_domain_reaches_beyond_the_points():
     assert np.all(high - [u.max(), v.max()] > margin)
 
 
-def test_no_more_parameters_than_allowed():
+def test_parameters_stay_within_given_limits():
     points, normals, _ = patch(2500, 0.05)
     free = fit_bspline_surface(points, normals, 0.05, OPTIONS)
-    bound = free.n_parameters
-    same = fit_bspline_surface(points, normals, 0.05, OPTIONS, max_parameters=bound)
-    np.testing.assert_array_equal(same.control_points, free.control_points)
-    coarser = fit_bspline_surface(points, normals, 0.05, OPTIONS, max_parameters=bound - 1)
-    assert coarser.n_parameters < bound
+    n = free.n_parameters
+    for within in ((0, n), (n / 2, n)):
+        same = fit_bspline_surface(points, normals, 0.05, OPTIONS, within=within)
+        assert same.n_parameters == n
+        assert np.max(np.abs(same.signed_distance(free.project(points)[0]))) < 0.02
+    coarser = fit_bspline_surface(points, normals, 0.05, OPTIONS, within=(0, n - 1))
+    assert coarser.n_parameters < n
+    finer = fit_bspline_surface(points, normals, 0.05, OPTIONS, within=(n + 1, np.inf))
+    assert finer.n_parameters > n
 
 
 def test_a_rim_of_foreign_points_is_left_out():

@@ -111,7 +111,7 @@ def fit_bspline_surface(
     options: FitOptions,
     constraints: PassThrough | None = None,
     border_distance: Array | None = None,
-    max_parameters: float = np.inf,
+    within: tuple[float, float] | None = None,
 ) -> BSplineSurface | None:
     """The coarsest bicubic B-spline that leaves nothing but noise.
 
@@ -125,7 +125,8 @@ def fit_bspline_surface(
     border_distance : distance of each point from the region's border, shape
         ``(n,)``, spacings. Given it, the fit starts from points well inside and
         takes in the rim where it agrees; the rim holds a neighbour's points.
-    max_parameters : finer surfaces, with more coordinates of control points, are not tried.
+    within : fewest and most coordinates of control points; coarser and finer surfaces are
+        not tried, and one that leaves structure well inside is not fitted to the rim.
 
     Returns
     -------
@@ -136,16 +137,16 @@ def fit_bspline_surface(
         return None
     data = _parametrised(points, normals, constraints)
     core = _core(border_distance, len(points))
-    most = max_parameters / 3.0
-    surface, data, n_spans = _coarsest(_using(data, core), sigma, options, N_SPANS, most)
-    if core.all() or border_distance is None:
+    sizes = (0.0, np.inf) if within is None else (within[0] / 3.0, within[1] / 3.0)
+    surface, data, n_spans, passes = _coarsest(_using(data, core), sigma, options, N_SPANS, sizes)
+    if core.all() or border_distance is None or (within is not None and not passes):
         return surface
     for distance in _RIM_DISTANCES:
         limit = residual_limit(sigma, options) + _RIM_SLACK
         agrees = np.abs(_residuals(surface, data)[: data.n_free]) < limit
         used = data.is_used[: data.n_free] | ((border_distance >= distance) & agrees)
         finer = tuple(n for n in N_SPANS if n >= n_spans)
-        surface, data, n_spans = _coarsest(_using(data, used), sigma, options, finer, most)
+        surface, data, n_spans, _ = _coarsest(_using(data, used), sigma, options, finer, sizes)
     return surface
 
 
@@ -176,9 +177,16 @@ def _using(data: _Data, used: NDArray[np.bool_]) -> _Data:
 
 
 def _coarsest(
-    data: _Data, sigma: float, options: FitOptions, n_spans: tuple[int, ...], most: float
-) -> tuple[BSplineSurface, _Data, int]:
-    """Refine until the residuals are noise, or the drift no longer falls."""
+    data: _Data,
+    sigma: float,
+    options: FitOptions,
+    n_spans: tuple[int, ...],
+    sizes: tuple[float, float],
+) -> tuple[BSplineSurface, _Data, int, bool]:
+    """Refine until the residuals are noise, or the drift no longer falls.
+
+    Returns surface, data with its parameters, spans, and whether the residuals are noise.
+    """
     free = data.is_used[: data.n_free]
     points = data.points[: data.n_free][free]
     averaged = sigma / np.sqrt(min(N_NEIGHBOURS, max(len(points), 1)))
@@ -186,42 +194,47 @@ def _coarsest(
         a * averaged + b * options.tolerance for a, b in (_MEAN_LIMIT, _WORST_LIMIT)
     )
     trials: list[_Trial] = []
-    for n, knots in _knot_choices(data, n_spans, most):
+    passes = False
+    for n, knots in _knot_choices(data, n_spans, sizes):
         surface, data = _fit_on_knots(data, knots, sigma, _TRIAL_CORRECTIONS)
         residuals = clipped(_residuals(surface, data)[: data.n_free][free], sigma, options)
         means = np.abs(local_means(points, residuals))
         trials.append(_Trial(rms(means), n, knots, data))
-        if (
+        passes = bool(
             trials[-1].drift < limit
             and np.quantile(means, _WORST_QUANTILE) < worst_limit
             and rms(residuals) < rms_limit(sigma, options)
-        ):
+        )
+        if passes:
             chosen = trials[-1]
             break
         chosen = min(trials, key=lambda trial: trial.drift)
         if len(trials) - trials.index(chosen) > _STALLED:
             break
     surface, data = _fit_on_knots(chosen.data, chosen.knots, sigma, PARAMETER_CORRECTIONS)
-    return surface, data, chosen.n_spans
+    return surface, data, chosen.n_spans, passes
 
 
 def _knot_choices(
-    data: _Data, n_spans: tuple[int, ...], most: float
+    data: _Data, n_spans: tuple[int, ...], sizes: tuple[float, float]
 ) -> Iterator[tuple[int, tuple[Array, Array]]]:
-    """Uniform knots with nearly square spans; stops at ``most`` control points, and where the
-    points cannot determine more.
+    """Uniform knots with nearly square spans and from ``sizes[0]`` to ``sizes[1]`` control points.
+
+    Stops where the points cannot determine more; there is one choice at least.
     """
     low = np.array([data.u.min(), data.v.min()])
     size = np.maximum(np.array([data.u.max(), data.v.max()]) - low, 1e-9)
     margin = DOMAIN_MARGIN * size
     aspect = np.sqrt(size[0] / size[1])
-    most = min(most, data.is_used.sum() / _POINTS_PER_CONTROL_POINT)
-    for index, n in enumerate(n_spans):
-        n_u, n_v = max(round(n * aspect), 1), max(round(n / aspect), 1)
-        if index and (n_u + 3) * (n_v + 3) > most:
-            return
+    most = min(sizes[1], data.is_used.sum() / _POINTS_PER_CONTROL_POINT)
+    counts = [(max(round(n * aspect), 1), max(round(n / aspect), 1)) for n in n_spans]
+    n_controls = [(n_u + 3) * (n_v + 3) for n_u, n_v in counts]
+    allowed = [index for index, n in enumerate(n_controls) if n <= most] or [0]
+    wanted = [index for index in allowed if n_controls[index] >= sizes[0]] or allowed[-1:]
+    for index in wanted:
+        n_u, n_v = counts[index]
         yield (
-            n,
+            n_spans[index],
             (
                 uniform_knots(low[0] - margin[0], low[0] + size[0] + margin[0], n_u),
                 uniform_knots(low[1] - margin[1], low[1] + size[1] + margin[1], n_v),

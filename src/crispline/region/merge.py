@@ -154,7 +154,9 @@ def _is_one_free_form(
     points = np.concatenate([points for points, _, _ in parts])
     normals = np.concatenate([normals for _, normals, _ in parts])
     clearance = np.concatenate([clearance for _, _, clearance in parts])
-    finest = _FINER * max(splines) if splines else np.inf
+    # What a region needs by itself, it needs together with more.
+    needed = max(splines, default=0)
+    finest = _FINER * needed if splines else np.inf
     kept = thinned(len(points), 2 * options.max_points)
     free = fit_bspline_surface(
         points[kept],
@@ -162,7 +164,7 @@ def _is_one_free_form(
         sigma,
         options,
         border_distance=clearance[kept],
-        max_parameters=finest,
+        within=(needed / _FINER, finest),
     )
     if free is None or free.n_parameters > finest:
         return False
