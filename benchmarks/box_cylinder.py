@@ -24,9 +24,9 @@ from pathlib import Path
 import numpy as np
 
 import crispline
-from crispline.brep.accuracy import feature_counts, shape_distances, surface_samples
 from crispline.brep.check import check_shape
-from crispline.brep.step import read_step
+from crispline.cadfile.step import read_step
+from crispline.gauge.accuracy import feature_counts, shape_distances, surface_samples
 from crispline.shapes import (
     SAMPLINGS,
     Sample,

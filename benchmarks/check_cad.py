@@ -25,9 +25,9 @@ from typing import Any
 import numpy as np
 
 import crispline
-from crispline.brep import occt
-from crispline.brep.measure import diagonal, volume
-from crispline.brep.shape_files import read_millimetres
+from crispline import occt
+from crispline.cadfile.shape_files import read_millimetres
+from crispline.occt.measure import diagonal, volume
 from crispline.shapes import SHAPES, sample
 
 ROOT = Path(__file__).parents[1]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from crispline.brep.step import write_step
+from crispline.cadfile.step import write_step
 from crispline.cloud.write import write_points
 from parts.catalogue import PARTS
 from parts.scan import scan

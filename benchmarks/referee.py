@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from OCP.BRepCheck import BRepCheck_Analyzer
 from scipy.spatial import cKDTree
 
-from crispline.brep import occt
-from crispline.brep.deviation import point_triangle_distance, sample_triangles
-from crispline.brep.measure import Tessellation, tessellate
-from crispline.brep.step import read_step
+from crispline import occt
+from crispline.cadfile.step import read_step
+from crispline.gauge.deviation import point_triangle_distance, sample_triangles
+from crispline.occt.measure import Tessellation, tessellate
 from crispline.surface.base import Array
 from parts.faces import by_inradius, recovered, true_faces
 from parts.features import shape_features

@@ -17,7 +17,7 @@ from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
 import crispline
-from crispline.brep.measure import tessellate
+from crispline.occt.measure import tessellate
 from crispline.paper.grids import sharpened
 from crispline.paper.patches import Patches, spline_patches
 from crispline.paper.windows import FEATURES, Feature, Window, windows

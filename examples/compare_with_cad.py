@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 import crispline
-from crispline.brep.comparison import Comparison, compare
-from crispline.brep.shape_files import read_shape
+from crispline.cadfile.shape_files import read_shape
+from crispline.gauge.comparison import Comparison, compare
 from crispline.report.compare import write_comparison_page
 from crispline.shapes import SHAPES, sample
 

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import crispline
 from crispline import cli, shapes
-from crispline.brep.units import MILLIMETRES
+from crispline.cadfile.units import MILLIMETRES
 from crispline.cloud.read import read_points
 from crispline.cloud.write import WRITE_SUFFIXES
 from crispline.curve import Line

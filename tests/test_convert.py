@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 
 from crispline import cli
-from crispline.brep.shape_files import read_shape
+from crispline.cadfile.shape_files import read_shape
 from crispline.cloud.read import read_points
 from crispline.exchange import write_model
 

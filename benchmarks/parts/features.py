@@ -18,7 +18,7 @@ from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.surface import unit
 from crispline.surface.base import Array
 from parts.truth import Features

@@ -33,7 +33,7 @@ from OCP.GeomAPI import GeomAPI_Interpolate
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
 from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.surface.base import Array
 
 Place = Sequence[float]

@@ -11,7 +11,7 @@ from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
 from OCP.GProp import GProp_GProps
 from OCP.TopoDS import TopoDS_Compound
 
-from crispline.brep import occt
+from crispline import occt
 from parts.modelling import (
     X,
     Y,

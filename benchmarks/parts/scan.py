@@ -10,8 +10,8 @@ from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools
 from OCP.TopLoc import TopLoc_Location
 
-from crispline.brep import occt
-from crispline.brep.measure import face_areas
+from crispline import occt
+from crispline.occt.measure import face_areas
 from crispline.surface.base import Array
 from parts.features import FaceNormals, shape_features
 from parts.truth import Truth

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from crispline.brep.certificate import Residuals
 from crispline.brep.check import Check
 from crispline.curve import Curve
+from crispline.gauge.certificate import Residuals
 from crispline.model import Edge, Model
 from crispline.surface.base import Array
 

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.brep.certificate import N_SIGMAS, Certificate, certify, residuals
 from crispline.brep.compose import Solid
-from crispline.brep.distance import Deviations, deviations
-from crispline.brep.measure import face_areas, tessellate
 from crispline.errors import ReconstructionError
 from crispline.exchange.edges import write_edges
 from crispline.exchange.models import write_model
 from crispline.findings import EdgeReport, FaceReport, corner_vertices, edge_report, faults, numbers
+from crispline.gauge.certificate import N_SIGMAS, Certificate, certify, residuals
+from crispline.gauge.distance import Deviations, deviations
 from crispline.model import Face, Model
+from crispline.occt.measure import face_areas, tessellate
 from crispline.spline.creased import CreasedNet
 from crispline.surface.base import Array
 
@@ -96,7 +96,7 @@ class Reconstruction:
         )
 
     def certified(self, points: Array, noise: float) -> Reconstruction:
-        """The result with the residuals of a cloud; see :func:`crispline.brep.certificate.certify`.
+        """The result with the residuals of a cloud; see `crispline.gauge.certificate.certify`.
 
         Raises
         ------

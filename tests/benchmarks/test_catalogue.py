@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from OCP.BRepCheck import BRepCheck_Analyzer
 
-from crispline.brep import occt
-from crispline.brep.measure import face_areas, volume
+from crispline import occt
+from crispline.occt.measure import face_areas, volume
 from parts.catalogue import PARTS
 
 VOLUMES = {

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import referee
-from crispline.brep import occt
-from crispline.brep.measure import tessellate
+from crispline import occt
+from crispline.occt.measure import tessellate
 from crispline.surface import Similarity
 from parts.modelling import box, cylinder, fuse
 from parts.scan import scan
@@ -92,7 +92,7 @@ def test_distances_to_a_model_are_those_to_the_solid(truth):
 
 
 def test_the_command_line_prints_json(tmp_path, truth, monkeypatch, capsys):
-    from crispline.brep.step import write_step
+    from crispline.cadfile.step import write_step
     from parts.truth import write_truth
 
     write_step(box(SIZE), tmp_path / "model.step")

@@ -109,7 +109,7 @@ def test_a_model_is_scored_in_the_row(tmp_path, monkeypatch):
         "target = sys.argv[sys.argv.index('-o') + 1]\n"
         f"Path(target).write_bytes(Path({str(tmp_path / 'model.step')!r}).read_bytes())\n"
     )
-    from crispline.brep.step import write_step
+    from crispline.cadfile.step import write_step
 
     write_step(box((3, 2, 1)), tmp_path / "model.step")
     real = parts_table.run

@@ -11,9 +11,9 @@ from crispline.brep import compose
 from crispline.brep.build import build_shape
 from crispline.brep.check import check_shape
 from crispline.brep.compose import make_solid
-from crispline.brep.deviation import sample_triangles
-from crispline.brep.measure import tessellate
 from crispline.curve import Line
+from crispline.gauge.deviation import sample_triangles
+from crispline.occt.measure import tessellate
 from crispline.surface import Similarity
 
 UP = Similarity(1.0, np.eye(3), np.array([0.0, 0.0, 5.0]))

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from brep_models import SAMPLES
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.brep.build import build_shape
 from crispline.brep.check import check_file, check_shape
-from crispline.brep.measure import face_areas
-from crispline.brep.step import write_step
+from crispline.cadfile.step import write_step
+from crispline.occt.measure import face_areas
 from crispline.surface import Similarity
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.brep.build import build_shape
 from crispline.brep.check import check_file, check_shape
 from crispline.brep.compose import make_solid
 from crispline.brep.heal import heal
-from crispline.brep.step import write_step
+from crispline.cadfile.step import write_step
 from crispline.curve import Line
 from crispline.errors import ReconstructionError
 from crispline.surface import Similarity

@@ -17,13 +17,13 @@ from crispline.brep.chart import (
     SphereChart,
     TorusChart,
 )
-from crispline.brep.deviation import point_triangle_distance, sample_triangles
-from crispline.brep.measure import face_areas, tessellate, volume
 from crispline.brep.pcurve import pcurve
 from crispline.brep.seam import choose_seams
 from crispline.brep.sphere import sphere_axis
 from crispline.brep.split import recut, split_curve, split_model
 from crispline.curve import Circle, Line
+from crispline.gauge.deviation import point_triangle_distance, sample_triangles
+from crispline.occt.measure import face_areas, tessellate, volume
 from crispline.surface import perpendicular_frame, unit
 
 ORIGIN, AXIS = np.array([1.0, 2.0, 3.0]), unit(np.array([1.0, -2.0, 0.5]))

@@ -6,10 +6,11 @@ from OCP.BRep import BRep_Tool
 from OCP.collections import IndexedDataMap_TopoDS_Shape_List_TopoDS_Shape_TopTools_ShapeMapHasher
 from OCP.TopExp import TopExp
 
-from crispline.brep import occt, patchwork
+from crispline import occt
+from crispline.brep import patchwork
 from crispline.brep.check import check_shape
 from crispline.brep.patchwork import Patchwork, write_patchwork
-from crispline.brep.step import read_step, step_bytes
+from crispline.cadfile.step import read_step, step_bytes
 from crispline.errors import InputError, ReconstructionError
 from crispline.spline.creased import CreasedNet
 from crispline.spline.joins import measure_joins

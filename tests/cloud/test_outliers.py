@@ -57,7 +57,7 @@ def test_a_sudden_change_of_density_on_a_surface_is_no_outlier():
     dense = rng.uniform(0.0, 10.0, (4000, 3)) * [1, 1, 0]
     thin = rng.uniform(0.0, 10.0, (400, 3)) * [1, 1, 0] + [10, 0, 0]
     points = np.concatenate([dense, thin]) + 0.01 * rng.normal(size=(4400, 3))
-    hanging = points[:60] + [0, 0, 1.0]
+    hanging = points[:60] + np.array([0, 0, 1.0])
     kept = inliers(np.concatenate([points, hanging]), CloudOptions())
     assert np.sum(kept < 4400) >= 4398
     assert np.sum(kept >= 4400) == 0

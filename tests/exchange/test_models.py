@@ -11,7 +11,7 @@ from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
-from crispline.brep import shape_files
+from crispline.cadfile import shape_files
 from crispline.errors import InputError, ReconstructionError
 from crispline.exchange import convert_model, write_model
 from crispline.exchange.models import MODEL_SUFFIXES, SHAPE_SUFFIXES

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from crispline.brep import occt
-from crispline.brep.step import read_step
+from crispline import occt
+from crispline.cadfile.step import read_step
 from crispline.cli import main
 from crispline.exchange.read import read_surfaces
 from crispline.exchange.write import write_surfaces

@@ -9,9 +9,9 @@ from click.testing import CliRunner
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 from rich.console import Console
 
-from crispline.brep.comparison import compare
-from crispline.brep.shape_files import write_shape
+from crispline.cadfile.shape_files import write_shape
 from crispline.cli import main
+from crispline.gauge.comparison import compare
 from crispline.report.compare import comparison_summary, render_comparison
 
 BOX = BRepPrimAPI_MakeBox(40.0, 30.0, 20.0).Shape()

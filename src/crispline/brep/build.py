@@ -15,7 +15,7 @@ from OCP.BRep import BRep_Builder
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex, TopoDS_Wire
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.brep.chart import Chart, PlaneChart
 from crispline.brep.meet import meet_at_vertices
 from crispline.brep.pcurve import PCurve, pcurve

@@ -20,7 +20,7 @@ from OCP.Geom import (
     Geom_ToroidalSurface,
 )
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.surface import BSplineSurface
 from crispline.surface.base import Array
 

@@ -26,10 +26,10 @@ from OCP.collections import IndexedDataMap_TopoDS_Shape_List_TopoDS_Shape_TopToo
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS_Edge
 
-from crispline.brep import occt
-from crispline.brep.deviation import measure_deviation
-from crispline.brep.measure import Tessellation, tessellate, volume
-from crispline.brep.step import read_step
+from crispline import occt
+from crispline.cadfile.step import read_step
+from crispline.gauge.deviation import measure_deviation
+from crispline.occt.measure import Tessellation, tessellate, volume
 from crispline.surface.base import Array
 
 STRAY = 3.0

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.brep.build import Built, build_shape
 from crispline.brep.check import UNMESHED, BadFace, Check, check_shape
 from crispline.brep.heal import heal

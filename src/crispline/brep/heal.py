@@ -18,7 +18,7 @@ from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepLib import BRepLib
 from OCP.ShapeFix import ShapeFix_Edge, ShapeFix_Shape
 
-from crispline.brep import occt
+from crispline import occt
 
 _PRECISION = 1e-6
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from OCP.BRepCheck import BRepCheck_Analyzer
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.brep.check import STRAY, BadFace, Check, shared_edges_only
 from crispline.brep.compose import Solid
-from crispline.brep.deviation import measure_deviation
-from crispline.brep.measure import Tessellation, volume
 from crispline.brep.patchwork import build_patchwork
 from crispline.errors import InputError, ReconstructionError
+from crispline.gauge.deviation import measure_deviation
+from crispline.occt.measure import Tessellation, volume
 from crispline.spline.bezier import corner_points
 from crispline.spline.creased import CreasedNet, Index, subdivided
 from crispline.spline.relax import relaxed

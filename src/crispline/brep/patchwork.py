@@ -28,8 +28,8 @@ from OCP.TopoDS import (
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from crispline.brep import occt
-from crispline.brep.step import read_step, step_bytes
+from crispline import occt
+from crispline.cadfile.step import read_step, step_bytes
 from crispline.errors import ReconstructionError
 from crispline.files import atomic_path
 from crispline.spline.creased import CreasedNet

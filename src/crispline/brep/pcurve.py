@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.brep.arcs import sample_parameters
 from crispline.brep.chart import TURN, Chart
 from crispline.curve import Curve

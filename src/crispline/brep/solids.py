@@ -14,7 +14,7 @@ from OCP.TopoDS import TopoDS_Compound, TopoDS_Shell, TopoDS_Solid
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.model import Model
 
 

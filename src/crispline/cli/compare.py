@@ -49,11 +49,11 @@ def compare(
 
     points = read_points(cloud).points  # a bad file is told before the slow imports
 
-    from crispline.brep.comparison import compare as compared
-    from crispline.brep.shape_files import read_shape
-    from crispline.brep.units import MILLIMETRES
+    from crispline.cadfile.shape_files import read_shape
+    from crispline.cadfile.units import MILLIMETRES
     from crispline.errors import ReconstructionError
     from crispline.files import write_text
+    from crispline.gauge.comparison import compare as compared
     from crispline.report.compare import (
         comparison_summary,
         render_comparison,

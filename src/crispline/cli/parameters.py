@@ -24,7 +24,7 @@ threads_option = click.option(
     help="Threads to use; the result is the same.",
 )
 
-# The names of crispline.brep.units, repeated so that --help is instant.
+# The names of crispline.cadfile.units, repeated so that --help is instant.
 UNITS = ("mm", "um", "cm", "m", "km", "in", "mil", "ft")
 units_option = click.option(
     "--units",

@@ -36,7 +36,7 @@ def write_dxf(path: Path, curves: Sequence[Curve], corners: Array, unit: str = "
     ----------
     curves : become ``LINE``, ``ARC`` or ``CIRCLE``, and ``SPLINE`` on the layer ``EDGES``.
     corners : become ``POINT`` on the layer ``CORNERS``, shape ``(c, 3)``.
-    unit : one of `crispline.brep.units.MILLIMETRES`; it goes into the header.
+    unit : one of `crispline.cadfile.units.MILLIMETRES`; it goes into the header.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from crispline.brep.units import checked_unit
+from crispline.cadfile.units import checked_unit
 from crispline.curve import Curve
 from crispline.exchange.dxf import write_dxf
 from crispline.files import check_output, write_text
@@ -54,7 +54,7 @@ def write_edges(
     Parameters
     ----------
     unit : of the numbers, which JSON, DXF and STEP name; see
-        `crispline.brep.units.MILLIMETRES`.
+        `crispline.cadfile.units.MILLIMETRES`.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def write_edges(
         case ".json":
             write_text(path, _json(edges, corners, spacing, noise, unit))
         case _:
-            from crispline.brep.curve_files import write_curves
+            from crispline.cadfile.curve_files import write_curves
 
             write_curves([edge.curve for edge in edges], path, unit)
 

@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from crispline.brep.units import checked_unit
+from crispline.cadfile.units import checked_unit
 from crispline.errors import ReconstructionError
 from crispline.exchange.palette import kind_colour
 from crispline.files import check_output
@@ -51,11 +51,11 @@ def write_model(
     checked_unit(unit)
 
     # OCCT takes half a second to load, and this module is imported where none is needed.
-    from crispline.brep.measure import diagonal
-    from crispline.brep.shape_files import write_shape
-    from crispline.brep.styled import FaceStyle
-    from crispline.brep.surfaces import face_kinds
+    from crispline.cadfile.shape_files import write_shape
+    from crispline.cadfile.styled import FaceStyle
     from crispline.exchange.triangles import write_triangles
+    from crispline.occt.measure import diagonal
+    from crispline.occt.surfaces import face_kinds
 
     # Objects of CadQuery and build123d, which wrap a shape, have a method `solid` too.
     shape, order = getattr(model, "wrapped", model), None
@@ -102,7 +102,7 @@ def convert_model(
         The shape does not read back as the same.
     """
     check_output(Path(path), MODEL_SUFFIXES)
-    from crispline.brep.shape_files import read_shape
+    from crispline.cadfile.shape_files import read_shape
 
     found = read_shape(Path(source))
     write_model(found.shape, path, found.unit, tolerance)

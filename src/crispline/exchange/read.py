@@ -73,7 +73,7 @@ def _read(path: Path) -> SurfaceFile:
         case ".npz":
             return SurfaceFile(_cubic(read_npz(path), path))
         case _:
-            from crispline.brep.surface_files import read_faces
+            from crispline.cadfile.surface_files import read_faces
 
             found = read_faces(path)
             return SurfaceFile(

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from crispline.brep.opennurbs import encode
-from crispline.brep.rhino import brep_tables
+from crispline.cadfile.opennurbs import encode
+from crispline.cadfile.rhino import brep_tables
 from crispline.errors import ReconstructionError
 from crispline.extras import optional
 from crispline.files import atomic_path
@@ -35,7 +35,7 @@ def write_3dm(shape: Any, path: Path, unit: str = "mm") -> None:
     Parameters
     ----------
     shape : ``TopoDS_Shape``.
-    unit : of its numbers, one of `crispline.brep.units.MILLIMETRES`.
+    unit : of its numbers, one of `crispline.cadfile.units.MILLIMETRES`.
 
     Raises
     ------

@@ -12,12 +12,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from crispline.brep.measure import Tessellation, tessellate
-from crispline.brep.units import MILLIMETRES
+from crispline.cadfile.units import MILLIMETRES
 from crispline.errors import ReconstructionError
 from crispline.exchange.mesh import write_mesh
 from crispline.exchange.palette import kind_colour
 from crispline.files import atomic_path
+from crispline.occt.measure import Tessellation, tessellate
 from crispline.surface.base import Array
 
 _WELD = 1e-9

@@ -72,6 +72,6 @@ def write_surfaces(
                 ),
             )
         case _:
-            from crispline.brep.surface_files import write_faces
+            from crispline.cadfile.surface_files import write_faces
 
             write_faces(path, splines, unit)

@@ -73,7 +73,7 @@ def _pieces(surface: TensorSpline | PolygonNet) -> Sequence[TensorSpline]:
 
 def _write_shell(net: PolygonNet, path: Path, unit: str) -> None:
     from crispline.brep.patchwork import build_patchwork, write_patchwork
-    from crispline.brep.units import MILLIMETRES
+    from crispline.cadfile.units import MILLIMETRES
 
     if unit not in MILLIMETRES:
         raise InputError(

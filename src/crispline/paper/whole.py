@@ -11,10 +11,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crispline import pipeline
-from crispline.brep.accuracy import shape_distances, surface_samples
-from crispline.brep.step import read_step
+from crispline.cadfile.step import read_step
 from crispline.cloud.working import working_cloud
 from crispline.errors import CrisplineError
+from crispline.gauge.accuracy import shape_distances, surface_samples
 from crispline.net.orientation import oriented_normals
 from crispline.net.quads import quad_net
 from crispline.options import Options

@@ -12,8 +12,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from crispline.brep.certificate import Residuals
-from crispline.brep.comparison import Comparison
+from crispline.gauge.certificate import Residuals
+from crispline.gauge.comparison import Comparison
 from crispline.report.summary import number
 from crispline.surface.base import Array
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from crispline.brep.distance import Deviations
+from crispline.gauge.distance import Deviations
 from crispline.options import Options
 from crispline.report.page import FaceRow, Page, option_rows
 from crispline.report.scene import scene_of

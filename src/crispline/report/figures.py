@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.brep.deviation import sample_triangles
 from crispline.errors import InputError
 from crispline.extras import optional
+from crispline.gauge.deviation import sample_triangles
 from crispline.report.palette import KIND_COLOURS, PATCH_COLOURS, RAMP, kind_index
 from crispline.report.scene import Patches, model_mesh, patches_of
 from crispline.result import Reconstruction

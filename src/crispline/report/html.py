@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 import crispline
-from crispline.brep.distance import Deviations
 from crispline.files import check_output, write_text
+from crispline.gauge.distance import Deviations
 from crispline.options import Options
 from crispline.report.buffers import encoded
 from crispline.report.content import result_page

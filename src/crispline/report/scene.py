@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.brep import occt
-from crispline.brep.borders import borders
-from crispline.brep.distance import Deviations
-from crispline.brep.measure import Tessellation, tessellate
+from crispline import occt
+from crispline.gauge.borders import borders
+from crispline.gauge.distance import Deviations
+from crispline.occt.measure import Tessellation, tessellate
 from crispline.result import Reconstruction
 from crispline.spline.creased import CreasedNet
 from crispline.spline.limit import limit_points

@@ -15,7 +15,7 @@ from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 
-from crispline.brep import occt
+from crispline import occt
 
 
 @dataclass(frozen=True)

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.brep import occt
-from crispline.brep.carriers import carriers
-from crispline.brep.certificate import (
+from crispline import occt
+from crispline.cloud.scale import cloud_scale
+from crispline.gauge.carriers import carriers
+from crispline.gauge.certificate import (
     MIN_POINTS,
     N_SIGMAS,
     Residuals,
     face_residuals,
     residuals,
 )
-from crispline.brep.distance import Deviations, deviations
-from crispline.brep.measure import diagonal, face_areas
-from crispline.cloud.scale import cloud_scale
+from crispline.gauge.distance import Deviations, deviations
+from crispline.occt.measure import diagonal, face_areas
 from crispline.surface.base import Array
 
 _N_BINS = 39

@@ -13,7 +13,7 @@ from OCP.GCPnts import GCPnts_TangentialDeflection
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopExp import TopExp_Explorer
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.surface.base import Array
 
 Index = NDArray[np.int64]

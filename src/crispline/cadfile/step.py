@@ -24,9 +24,9 @@ from OCP.StepData import StepData_StepWriter
 from OCP.StepRepr import StepRepr_NextAssemblyUsageOccurrence
 from OCP.TCollection import TCollection_HAsciiString
 
-from crispline.brep.readback import is_same_solid
-from crispline.brep.styled import FaceStyle, styled_writer
-from crispline.brep.units import MILLIMETRES, OCCT_NAMES, checked_unit
+from crispline.cadfile.readback import is_same_solid
+from crispline.cadfile.styled import FaceStyle, styled_writer
+from crispline.cadfile.units import MILLIMETRES, OCCT_NAMES, checked_unit
 from crispline.errors import InputError, ReconstructionError
 from crispline.files import atomic_path
 

@@ -4,8 +4,8 @@ import brep_models
 import numpy as np
 import pytest
 
-from crispline.brep.accuracy import feature_counts, shape_distances, surface_samples
 from crispline.brep.build import build_shape
+from crispline.gauge.accuracy import feature_counts, shape_distances, surface_samples
 
 
 def distance_to_the_box(points):

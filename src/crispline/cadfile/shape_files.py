@@ -14,13 +14,13 @@ import numpy as np
 from OCP.BRepTools import BRepTools
 from OCP.collections import Sequence_TCollection_AsciiString
 
-from crispline.brep import occt
-from crispline.brep.damage import step_damage
-from crispline.brep.iges import UnreadableError, iges_bytes, read_iges
-from crispline.brep.readback import is_same_solid
-from crispline.brep.step import open_step, write_step
-from crispline.brep.styled import FaceStyle
-from crispline.brep.units import MILLIMETRES, OCCT_NAMES, STEP_NAMES, checked_unit
+from crispline import occt
+from crispline.cadfile.damage import step_damage
+from crispline.cadfile.iges import UnreadableError, iges_bytes, read_iges
+from crispline.cadfile.readback import is_same_solid
+from crispline.cadfile.step import open_step, write_step
+from crispline.cadfile.styled import FaceStyle
+from crispline.cadfile.units import MILLIMETRES, OCCT_NAMES, STEP_NAMES, checked_unit
 from crispline.errors import InputError, ReconstructionError
 from crispline.files import atomic_path, readable
 from crispline.surface import Similarity

@@ -13,14 +13,14 @@ from pathlib import Path
 
 from OCP.BRepCheck import BRepCheck_Analyzer
 
-from crispline.brep import occt
-from crispline.brep.iges import iges_bytes
-from crispline.brep.shape_files import STEP_SUFFIXES, read_millimetres
-from crispline.brep.step import step_bytes
-from crispline.brep.surfaces import face_shape, faces_from_occt, scaled
-from crispline.brep.units import MILLIMETRES, OCCT_NAMES, checked_unit
+from crispline import occt
+from crispline.cadfile.iges import iges_bytes
+from crispline.cadfile.shape_files import STEP_SUFFIXES, read_millimetres
+from crispline.cadfile.step import step_bytes
+from crispline.cadfile.units import MILLIMETRES, OCCT_NAMES, checked_unit
 from crispline.errors import InputError, ReconstructionError
 from crispline.files import atomic_path
+from crispline.occt.surfaces import face_shape, faces_from_occt, scaled
 from crispline.spline.tensor import TensorSpline
 
 

@@ -16,7 +16,7 @@ from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.surface.base import Array
 
 

@@ -14,10 +14,10 @@ from OCP.BRepPrimAPI import (
     BRepPrimAPI_MakeTorus,
 )
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.brep.build import build_shape
-from crispline.brep.opennurbs import TrimKind, encode
-from crispline.brep.rhino import brep_tables
+from crispline.cadfile.opennurbs import TrimKind, encode
+from crispline.cadfile.rhino import brep_tables
 
 # Solid, its numbers of faces and of edges.
 SIMPLE = {

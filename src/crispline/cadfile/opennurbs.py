@@ -2,7 +2,7 @@
 
 The packages that write 3DM files build boxes and meshes, but no solid of trimmed
 faces; they decode one from this archive, and check it. Here are its tables and their
-bytes, without OCCT; `crispline.brep.rhino` fills them.
+bytes, without OCCT; `crispline.cadfile.rhino` fills them.
 
 References
 ----------

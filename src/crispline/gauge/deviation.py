@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from crispline.brep.measure import Tessellation
 from crispline.cloud.nearest import nearest
+from crispline.occt.measure import Tessellation
 from crispline.surface.base import Array
 
 _MAX_SAMPLES = 400_000

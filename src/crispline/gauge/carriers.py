@@ -20,9 +20,9 @@ from OCP.Geom import (
 )
 from OCP.GeomConvert import GeomConvert
 
-from crispline.brep import occt
-from crispline.brep.surfaces import surface_from_occt
+from crispline import occt
 from crispline.errors import InputError
+from crispline.occt.surfaces import surface_from_occt
 from crispline.spline.atlas import Atlas, build_atlas
 from crispline.spline.tensor import TensorSpline
 from crispline.surface import Cone, Cylinder, Plane, Sphere, Surface, Torus

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 
-from crispline.brep import occt, step
+from crispline import occt
 from crispline.brep.build import build_shape
-from crispline.brep.curve_files import write_curves
-from crispline.brep.measure import diagonal, volume
-from crispline.brep.readback import is_same_solid
-from crispline.brep.shape_files import SHAPE_SUFFIXES, read_millimetres, read_shape, write_shape
-from crispline.brep.step import read_step, write_step
-from crispline.brep.styled import FaceStyle
-from crispline.brep.units import MILLIMETRES
+from crispline.cadfile import step
+from crispline.cadfile.curve_files import write_curves
+from crispline.cadfile.readback import is_same_solid
+from crispline.cadfile.shape_files import SHAPE_SUFFIXES, read_millimetres, read_shape, write_shape
+from crispline.cadfile.step import read_step, write_step
+from crispline.cadfile.styled import FaceStyle
+from crispline.cadfile.units import MILLIMETRES
 from crispline.curve import BSplineCurve, Circle, Line
 from crispline.errors import InputError, ReconstructionError
+from crispline.occt.measure import diagonal, volume
 
 import brep_models  # isort: skip
 
@@ -92,7 +93,7 @@ def test_a_file_that_reads_back_as_something_else_does_not_appear(tmp_path, monk
     content = other.read_bytes()
     other.unlink()
     monkeypatch.setattr(step, "step_bytes", lambda *_: content)
-    monkeypatch.setattr("crispline.brep.shape_files.iges_bytes", lambda *_, **__: content)
+    monkeypatch.setattr("crispline.cadfile.shape_files.iges_bytes", lambda *_, **__: content)
     with pytest.raises(ReconstructionError, match="does not read back as the same solid"):
         write_shape(DRUM, tmp_path / f"drum{suffix}")
     assert list(tmp_path.iterdir()) == []

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from crispline.brep.damage import iges_damage, step_damage
-from crispline.brep.step import open_step
-from crispline.brep.surface_files import read_faces, write_faces
+from crispline.cadfile.damage import iges_damage, step_damage
+from crispline.cadfile.step import open_step
+from crispline.cadfile.surface_files import read_faces, write_faces
 from crispline.errors import InputError
 from crispline.spline.tensor import spline_over_grid
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from crispline.brep.borders import Borders
+from crispline.gauge.borders import Borders
 from crispline.surface.base import Array, unit
 
 Index = NDArray[np.int64]

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from crispline.brep import occt
-from crispline.brep.borders import borders
-from crispline.brep.bordersearch import BorderSearch, border_search
-from crispline.brep.carriers import Carriers, carriers
-from crispline.brep.deviation import sample_triangles
-from crispline.brep.measure import Tessellation, tessellate
+from crispline import occt
 from crispline.errors import InputError
+from crispline.gauge.borders import borders
+from crispline.gauge.bordersearch import BorderSearch, border_search
+from crispline.gauge.carriers import Carriers, carriers
+from crispline.gauge.deviation import sample_triangles
+from crispline.occt.measure import Tessellation, tessellate
 from crispline.surface.base import Array
 
 Index = NDArray[np.int64]

@@ -9,8 +9,8 @@ from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
 
-from crispline.brep import occt
-from crispline.brep.measure import tessellate
+from crispline import occt
+from crispline.occt.measure import tessellate
 
 _DEFLECTION = 1e-3  # of the root of the area: enough to see that a face can be filled
 _ANGLE = 0.5
@@ -47,7 +47,7 @@ def is_same_solid(copy: Any, shape: Any, factor: float = 1.0) -> bool:
 def _integrals(shape: Any) -> tuple[float, float]:
     """Area and volume by one Gauss rule a span.
 
-    Not as exact as `crispline.brep.measure`, which is slow on large B-spline faces, but
+    Not as exact as `crispline.occt.measure`, which is slow on large B-spline faces, but
     wrong in the same way for the same faces.
     """
     surface, inside = GProp_GProps(), GProp_GProps()

@@ -8,7 +8,7 @@ import pytest
 
 from crispline.brep.build import build_shape
 from crispline.brep.check import check_file
-from crispline.brep.step import read_step, step_bytes, write_step
+from crispline.cadfile.step import read_step, step_bytes, write_step
 from crispline.errors import InputError
 
 

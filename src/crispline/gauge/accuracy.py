@@ -9,8 +9,8 @@ import numpy as np
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 
-from crispline.brep import occt
-from crispline.brep.measure import tessellate
+from crispline import occt
+from crispline.occt.measure import tessellate
 from crispline.surface.base import Array
 
 

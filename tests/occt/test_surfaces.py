@@ -22,11 +22,11 @@ from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopoDS import TopoDS
 
-from crispline.brep import occt
-from crispline.brep.step import quieten
-from crispline.brep.surface_files import MILLIMETRES, read_faces, write_faces
-from crispline.brep.surfaces import face_shape, faces_from_occt, surface_from_occt, surface_to_occt
+from crispline import occt
+from crispline.cadfile.step import quieten
+from crispline.cadfile.surface_files import MILLIMETRES, read_faces, write_faces
 from crispline.errors import InputError, ReconstructionError
+from crispline.occt.surfaces import face_shape, faces_from_occt, surface_from_occt, surface_to_occt
 from crispline.spline.tensor import TensorSpline, spline_over_grid
 
 

@@ -12,12 +12,12 @@ from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.TopAbs import TopAbs_State
 from OCP.TopoDS import TopoDS_Compound
 
-from crispline.brep import occt
-from crispline.brep.accuracy import surface_samples
+from crispline import occt
 from crispline.brep.build import build_shape
-from crispline.brep.distance import deviations
 from crispline.brep.patchwork import build_patchwork
 from crispline.errors import InputError
+from crispline.gauge.accuracy import surface_samples
+from crispline.gauge.distance import deviations
 
 SPACING = 1.0
 

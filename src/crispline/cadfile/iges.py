@@ -14,9 +14,9 @@ from OCP.IGESSelect import IGESSelect_WorkLibrary
 from OCP.Interface import Interface_Static
 from OCP.TCollection import TCollection_HAsciiString
 
-from crispline.brep.damage import iges_damage
-from crispline.brep.step import quieten
-from crispline.brep.units import MILLIMETRES
+from crispline.cadfile.damage import iges_damage
+from crispline.cadfile.step import quieten
+from crispline.cadfile.units import MILLIMETRES
 from crispline.errors import ReconstructionError
 
 _NAME = "crispline"

@@ -10,10 +10,10 @@ from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
 from OCP.TopoDS import TopoDS_Compound
 
-from crispline.brep import occt
-from crispline.brep.shape_files import read_shape
-from crispline.brep.step import step_bytes
-from crispline.brep.units import OCCT_NAMES, checked_unit
+from crispline import occt
+from crispline.cadfile.shape_files import read_shape
+from crispline.cadfile.step import step_bytes
+from crispline.cadfile.units import OCCT_NAMES, checked_unit
 from crispline.curve import Curve
 from crispline.errors import InputError, ReconstructionError
 from crispline.files import atomic_path

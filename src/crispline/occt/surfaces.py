@@ -19,7 +19,7 @@ from OCP.gp import gp_Pnt
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopoDS import TopoDS_Compound
 
-from crispline.brep import occt
+from crispline import occt
 from crispline.errors import ReconstructionError
 from crispline.spline.checked import checked_spline
 from crispline.spline.tensor import TensorSpline

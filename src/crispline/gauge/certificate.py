@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from crispline.brep import occt
-from crispline.brep.distance import Deviations, deviations
-from crispline.brep.step import open_step, step_bytes
+from crispline import occt
+from crispline.cadfile.step import open_step, step_bytes
+from crispline.gauge.distance import Deviations, deviations
 from crispline.surface.base import Array
 
 N_SIGMAS = 3.0

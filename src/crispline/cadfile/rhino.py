@@ -18,8 +18,8 @@ from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 
-from crispline.brep import occt
-from crispline.brep.opennurbs import Brep, Edge, Face, Iso, Loop, Nurbs, Trim, TrimKind, Vertex
+from crispline import occt
+from crispline.cadfile.opennurbs import Brep, Edge, Face, Iso, Loop, Nurbs, Trim, TrimKind, Vertex
 from crispline.surface.base import Array
 
 _FORWARD = TopAbs_Orientation.TopAbs_FORWARD

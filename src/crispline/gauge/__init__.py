@@ -1,0 +1,1 @@
+"""How far points, surfaces and shapes are from each other."""
