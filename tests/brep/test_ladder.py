@@ -10,11 +10,15 @@ from crispline.brep.check import check_shape
 from crispline.brep.compose import make_solid
 from crispline.brep.ladder import _reasons
 from crispline.features import located_features
+from crispline.model import Face, Model
+from crispline.net.halfedge import half_edges
+from crispline.net.quads import QuadNet
 from crispline.options import Options
+from crispline.region.topology import border_topology
 from crispline.shapes import SHAPES, sample
-from crispline.sharp.patched import patched
+from crispline.sharp.patched import LabelledNet, patched
 from crispline.stopwatch import Stopwatch
-from crispline.surface import Similarity
+from crispline.surface import Similarity, Sphere
 
 VOLUME = 70.0**3 + np.pi * 25.0**2 * 29.0
 MAX_MOVE = 1.5
@@ -122,3 +126,15 @@ def test_patches_that_miss_the_cloud_are_no_success():
     source = ladder()
     elsewhere = replace(source, points=source.points + 6.0 * source.spacing)
     assert not elsewhere.climb("patches").solid.check.is_good
+
+
+def test_a_closed_piece_without_borders_can_be_patches(nets):
+    vertices, quads = nets.sphere(6, 5.0)
+    label = np.zeros(len(quads), dtype=np.int64)
+    topology = border_topology(half_edges(quads, len(vertices)), label)
+    sphere = Face(Sphere(np.zeros(3), 5.0), 1, (), np.zeros((0, 3)), np.zeros(0), 0)
+    model = Model(np.zeros((0, 3)), np.zeros(0), (), (sphere,))
+    source = LabelledNet(QuadNet(vertices, quads), label, topology)
+    solid = make_solid(patched(model, source, [0], MAX_MOVE), None, 1.0)
+    assert solid.check.is_good
+    assert solid.check.volume == pytest.approx(4.0 / 3.0 * np.pi * 125.0, rel=5e-3)

@@ -20,12 +20,12 @@ from crispline.surface.base import Array, Similarity
 
 _BARE = 2.0
 """Vertices of the net farther than this from every point span a hole, in spacings."""
-_MAX_ROUNDS = 3
+_MAX_ROUNDS = 2
 """How often regions that turn out to fail beside patches become patches too."""
 _MAX_SHARE = 0.35
-"""Share of the quads above which a model of patches only is simpler."""
-_REPAIR_SECONDS = 20.0
-"""Time for repairs of a mixed model, which has a rung below it."""
+"""Share of the quads above which a model of patches only is simpler ..."""
+_MAX_PATCHES = 500
+"""... and number of patches, as each is built and meshed like any other face."""
 
 
 @dataclass(frozen=True)
@@ -113,11 +113,12 @@ class Ladder:
             if not reasons or is_failing.mean() > _MAX_SHARE:
                 return None
             mixed = patched(self.model, self.source, reasons, self.max_move)
-            if mixed is None:
+            if mixed is None or sum(face.is_patch for face in mixed.faces) > _MAX_PATCHES:
                 return None
             model = mixed.transformed(self.to_user)
             solid, _ = _tried(
-                partial(make_solid, model, self._places, self.spacing, _REPAIR_SECONDS)
+                # Patches need no repair, and the rung below is better than a repaired guess.
+                partial(make_solid, model, self._places, self.spacing, time_limit=0.0)
             )
             if solid is None:
                 return None

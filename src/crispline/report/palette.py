@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-KIND_COLOURS = ("#8fb3d9", "#9fd3a5", "#e6c27a", "#d9a0c0", "#b5a3dc", "#f0a884", "#b4bcc3")
-"""Of the faces, in the order of :data:`KINDS`."""
+from crispline.exchange.palette import KIND_COLOURS as OF_KIND
+
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "bspline", "other")
 """Kinds of faces in the order of the legend."""
+KIND_COLOURS = tuple(OF_KIND.get(kind, "#b4bcc3") for kind in KINDS)
+"""Of the faces, in the order of :data:`KINDS`; the same as in the files."""
 PATCH_COLOURS = ("#cfd6dc", "#efcf78", "#d8503f")
 """Of flat, curved and sharp patches."""
 RAMP = ("#1f4e9c", "#5d9bd1", "#c9ced2", "#e8935c", "#a8261c")

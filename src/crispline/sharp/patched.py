@@ -79,7 +79,7 @@ def patched(
         cover = quilt(net)
     except InputError:
         return None
-    return _Weaver(model, source, inside, net, origin, cover).woven()
+    return _Weaver(model, source, frozenset(regions), inside, net, origin, cover).woven()
 
 
 def _pairs(chain: Chain) -> Index:
@@ -129,6 +129,7 @@ class _Weaver:
 
     model: Model
     source: LabelledNet
+    regions: frozenset[int]
     inside: list[tuple[bool, bool]]
     net: CreasedNet
     origin: Index
@@ -193,17 +194,6 @@ class _Weaver:
         vertices = np.concatenate([self.model.vertices, added])
         gaps = np.concatenate([self.model.vertex_gaps, np.zeros(len(added))])
         return Model(vertices, gaps, tuple(edges), tuple(faces))
-
-    @property
-    def regions(self) -> set[int]:
-        """Labels of the regions that are replaced."""
-        sides = zip(self.source.topology.chains, self.inside, strict=True)
-        return {
-            label
-            for chain, (left, right) in sides
-            for label, chosen in ((chain.left, left), (chain.right, right))
-            if chosen
-        }
 
     def _net_vertices(self) -> Index:
         """The vertex of the net that each vertex of the cover is."""
