@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from crispline.brep.check import check_file
+from crispline.brep.ladder import Attempt, Ladder
 from crispline.errors import InputError, ReconstructionError
 from crispline.pipeline import detect, reconstruct
 from crispline.shapes import SHAPES, sample
@@ -172,15 +173,27 @@ def test_progress_runs_forward():
     assert all(seconds >= 0.0 for seconds in result.timings.values())
 
 
-def test_an_open_cloud_is_refused_with_the_place_and_what_is_good():
+def test_half_a_scan_is_an_open_shell_with_its_rim():
     points = scan(6000, noise=0.01).points
-    with pytest.raises(ReconstructionError, match=r"near \(.+\).+; scan ") as caught:
-        reconstruct(points[points[:, 0] > 0.0])
+    result = reconstruct(points[points[:, 0] > 0.0])
+    assert result.valid
+    assert not result.closed
+    assert any(text.startswith("open shell") for text in result.warnings)
+    assert sum(-1 in edge.faces for edge in result.edges) >= 4
+
+
+def test_a_model_that_fails_tells_what_is_good(monkeypatch):
+    def failing(_, kind):
+        return Attempt(reference().model, None, ())
+
+    monkeypatch.setattr(Ladder, "climb", failing)
+    with pytest.raises(ReconstructionError, match="no solid was built") as caught:
+        reconstruct(scan(3000).points)
     assert caught.value.exit_code == 3
     partial = caught.value.partial
     assert partial is not None
     assert not partial.valid
-    assert len(partial.edges) > 0
+    assert len(partial.edges) == EDGES
 
 
 @pytest.mark.parametrize(
@@ -201,6 +214,6 @@ def test_an_unforeseen_error_names_its_stage(monkeypatch):
     def broken(*_):
         raise ZeroDivisionError("no such luck")
 
-    monkeypatch.setattr("crispline.pipeline.quad_net", broken)
+    monkeypatch.setattr("crispline.features.quad_net", broken)
     with pytest.raises(ReconstructionError, match=r"stage 'net' broke down \(ZeroDivisionError"):
         reconstruct(scan(3000).points)

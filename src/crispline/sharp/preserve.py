@@ -56,8 +56,12 @@ def corners_of(creases: Index, n_vertices: int) -> Index:
 
 
 def reach(chain: Array, curve: Array) -> float:
-    """Largest distance of a vertex of a chain from a polyline."""
-    return float(np.linalg.norm(chain[:, None] - curve[None], axis=2).min(axis=1).max())
+    """Largest distance of an inner vertex of a chain from a polyline.
+
+    The ends do not count: at a corner the net is rounded off in all directions.
+    """
+    inner = chain[1:-1] if len(chain) > 2 else chain
+    return float(np.linalg.norm(inner[:, None] - curve[None], axis=2).min(axis=1).max())
 
 
 def placed_on(chain: Array, curve: Array) -> Array:
