@@ -308,13 +308,18 @@ def test_ctrl_c_leaves_nothing_half_written(tmp_path):
     np.save(cloud, shapes.sample(shapes.SHAPES["box-cylinder"](), 5000, noise=0.01).points)
     (tmp_path / "old.step").write_text("as it was")
     arguments = ["reconstruct", cloud, "-o", tmp_path / "old.step", "-o", tmp_path / "new.stl"]
-    child = subprocess.Popen(
-        [sys.executable, "-m", "crispline", *map(str, arguments), "--threads", "1"],
-        env=ENVIRONMENT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    # A job in the background of a shell ignores Ctrl-C, and so would the child: it is to heed it.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        child = subprocess.Popen(
+            [sys.executable, "-m", "crispline", *map(str, arguments), "--threads", "1"],
+            env=ENVIRONMENT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
     try:
         for line in child.stderr:
             if "net" in line:
