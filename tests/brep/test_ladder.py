@@ -6,9 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from crispline import occt
+from crispline.brep import ladder as ladder_module
 from crispline.brep.check import check_shape
 from crispline.brep.compose import make_solid
 from crispline.brep.ladder import _reasons
+from crispline.curve import Line
 from crispline.features import located_features
 from crispline.model import Face, Model
 from crispline.net.halfedge import half_edges
@@ -138,3 +141,13 @@ def test_a_closed_piece_without_borders_can_be_patches(nets):
     solid = make_solid(patched(model, source, [0], MAX_MOVE), None, 1.0)
     assert solid.check.is_good
     assert solid.check.volume == pytest.approx(4.0 / 3.0 * np.pi * 125.0, rel=5e-3)
+
+
+def test_what_occt_refuses_to_build_is_a_rung_that_fails(monkeypatch):
+    def refusing(*_, **__):
+        occt.curve_to_occt(Line(np.zeros(3), np.array([1.0, 0.0, 0.0]), 1.0, 1.0))
+
+    monkeypatch.setattr(ladder_module, "make_solid", refusing)
+    made = ladder().climb("auto")
+    assert made.solid.representation == "patches"
+    assert made.solid.check.is_good

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial import cKDTree
 
+from crispline import occt
 from crispline.brep.compose import Solid, make_solid
 from crispline.brep.patchsolid import patch_solid
 from crispline.errors import ReconstructionError
@@ -18,6 +19,7 @@ from crispline.sharp.patched import LabelledNet, patched
 from crispline.spline.creased import CreasedNet
 from crispline.surface.base import Array, Similarity
 
+_REFUSALS: tuple[type[Exception], ...] = (ReconstructionError, *occt.FAILURES)
 _BARE = 2.0
 """Vertices of the net farther than this from every point span a hole, in spacings."""
 _MAX_ROUNDS = 2
@@ -146,7 +148,7 @@ def _tried(build: Callable[[], Solid]) -> tuple[Solid | None, tuple[str, ...]]:
     """The solid, or None and why there is none."""
     try:
         return build(), ()
-    except ReconstructionError as error:
+    except _REFUSALS as error:
         return None, (str(error),)
 
 
