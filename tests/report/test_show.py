@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from crispline.errors import InputError
 from crispline.report import figures
@@ -12,7 +13,7 @@ from crispline.report.palette import KIND_COLOURS, PATCH_COLOURS
 
 def colours_in(figure):
     """Share of the pixels of a figure that are not white, and their mean colour."""
-    canvas = pytest.importorskip("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
+    canvas = FigureCanvasAgg(figure)
     canvas.draw()
     pixels = np.asarray(canvas.buffer_rgba())[..., :3].reshape(-1, 3).astype(float)
     inked = pixels[(pixels < 250).any(axis=1)]
@@ -29,7 +30,6 @@ def is_like(pixels, colour, limit=0.05):
 
 
 def test_the_model_is_drawn_in_the_colour_of_its_kind_with_its_edges(cube):
-    pytest.importorskip("matplotlib")
     share, pixels = colours_in(figures.model(cube))
     assert 0.15 < share < 0.8
     assert np.mean(is_like(pixels, KIND_COLOURS[0])) > 0.8
@@ -38,7 +38,6 @@ def test_the_model_is_drawn_in_the_colour_of_its_kind_with_its_edges(cube):
 
 
 def test_edges_behind_the_part_are_not_drawn(cube):
-    pytest.importorskip("matplotlib")
     (lines,) = [c for c in figures.model(cube).axes[0].collections if "Line" in type(c).__name__]
     middles = np.mean(lines._segments3d, axis=1)
     # From above, the front and the right, the corner (-10, 10, -10) is hidden.
@@ -49,14 +48,12 @@ def test_edges_behind_the_part_are_not_drawn(cube):
 
 @pytest.mark.parametrize("is_sharp", [True, False])
 def test_patches_have_the_colours_of_their_kinds(cube, is_sharp):
-    pytest.importorskip("matplotlib")
     _, pixels = colours_in(figures.patches(cube, is_sharp))
     for kind, low in ((0, 0.2), (2, 0.2)):
         assert np.mean(is_like(pixels, PATCH_COLOURS[kind])) > low
 
 
 def test_curvature_is_high_along_the_edges_only(cube):
-    pytest.importorskip("matplotlib")
     figure = figures.curvature(cube)
     (faces,) = figure.axes[0].collections
     flat = np.median(faces.get_facecolor()[:, 2])  # viridis: zero is violet
@@ -65,7 +62,6 @@ def test_curvature_is_high_along_the_edges_only(cube):
 
 
 def test_the_cloud_and_its_regions(cube, unbuilt, points):
-    pytest.importorskip("matplotlib")
     for figure in (figures.cloud(cube, points), figures.cloud(unbuilt, points)):
         assert len(figure.axes[0].collections[0].get_offsets()) == len(points)
     assert len(figures.regions(cube).axes[0].collections) == 6

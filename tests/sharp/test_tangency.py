@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from tangent_cylinder import fit_cylinder_tangent_to_planes
 
 from crispline.fit.cylinder import fit_cylinder
 from crispline.fit.plane import fit_plane
-from crispline.fit.tangent import fit_cylinder_tangent_to_planes
 from crispline.options import FitOptions, LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Chain, Topology

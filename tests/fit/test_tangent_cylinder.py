@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from tangent_cylinder import fit_cylinder_tangent_to_planes
 
 from crispline.fit.cylinder import fit_cylinder
-from crispline.fit.tangent import fit_cylinder_tangent_to_planes
 from crispline.surface import Cylinder, Plane, unit
 
 SIGMA = 0.1
