@@ -1,6 +1,7 @@
 """The page as text."""
 
 import json
+import math
 import re
 from dataclasses import replace
 
@@ -8,10 +9,11 @@ import numpy as np
 import pytest
 
 from crispline.errors import InputError
+from crispline.findings import FaceReport
 from crispline.options import Options
 from crispline.report import threejs
+from crispline.report.content import result_facts
 from crispline.report.html import write_comparison_report, write_report
-from crispline.report.page import FaceRow
 
 TAG = re.compile(r"<(?!script|style)[a-z][^>]*>")
 
@@ -87,7 +89,7 @@ def test_colours_span_three_sigma_of_the_noise(report, cube, points, tmp_path):
 def test_any_shape_can_be_compared(cube, points, tmp_path):
     path = tmp_path / "compared.html"
     shape, found = cube.solid.shape, cube.deviations(points)
-    rows = [FaceRow("plane", {}, 400.0, 400, 0.15, 0.15, 0.15, -0.15)] * 6
+    rows = [FaceReport("plane", {}, 400.0, 400, 0.15, 0.15, 0.15, -0.15, math.nan)] * 6
     write_comparison_report(
         path, shape, points, found, rows,
         spacing=1.0, verdict="within 0.2", facts={"share": "100 %"},
@@ -127,3 +129,8 @@ def test_notebooks_show_the_verdict_and_the_faces(cube, unbuilt):
 def test_unknown_areas_are_dashes(unbuilt):
     assert np.isnan(unbuilt.faces[0].area)
     assert '<td class="" data-value="">\N{EN DASH}</td>' in unbuilt._repr_html_()
+
+
+def test_the_faces_of_a_model_of_patches_are_counted_in_its_shape(cube):
+    patches = replace(cube.solid, face_order=(-1,) * 9, representation="patches")
+    assert result_facts(replace(cube, solid=patches))["faces"] == "9"

@@ -79,24 +79,13 @@ def write_comparison_page(
     unit: str,
 ) -> None:
     """Write a comparison as one interactive page; see :mod:`crispline.report.html`."""
+    from crispline.findings import FaceReport
     from crispline.report.html import write_comparison_report
-    from crispline.report.page import FaceRow
 
-    rows = []
-    for face in comparison.faces:
-        r = face.residuals
-        row = FaceRow(
-            face.kind,
-            face.parameters,
-            face.area,
-            r.n_points,
-            r.rms,
-            r.p95,
-            r.max,
-            r.mean,
-            r.explained,
-        )
-        rows.append(row)
+    rows = [
+        FaceReport(face.kind, face.parameters, face.area, **vars(face.residuals))
+        for face in comparison.faces
+    ]
     whole = comparison.whole
     facts: Mapping[str, str] = {
         "points": str(whole.n_points),

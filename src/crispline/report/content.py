@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from crispline.gauge.distance import Deviations
 from crispline.options import Options
-from crispline.report.page import FaceRow, Page, option_rows
+from crispline.report.page import Page, option_rows
 from crispline.report.scene import scene_of
 from crispline.report.sections import number
 from crispline.result import Reconstruction
@@ -31,7 +31,7 @@ def result_page(
         verdict=failure or result_verdict(result),
         is_good=failure is None and result.valid,
         facts=tuple({**result_facts(result), "points": f"{len(points)}"}.items()),
-        faces=face_rows(result),
+        faces=result.faces,
         scene=scene_of(result, points, found),
         spacing=result.spacing,
         noise=result.noise,
@@ -42,18 +42,10 @@ def result_page(
     )
 
 
-def face_rows(result: Reconstruction) -> tuple[FaceRow, ...]:
-    """The faces of a result as rows of the table."""
-    return tuple(
-        FaceRow(f.kind, f.parameters, f.area, f.n_points, f.rms, f.p95, f.max, f.mean, f.explained)
-        for f in result.faces
-    )
-
-
 def result_facts(result: Reconstruction) -> Mapping[str, str]:
     """Counts and lengths, ready to be shown."""
     known = {
-        "faces": f"{len(result.model.faces)}",
+        "faces": f"{len(result.model.faces if result.solid is None else result.solid.face_order)}",
         "sharp edges": f"{sum(edge.is_sharp for edge in result.model.edges)}",
         "corners": f"{len(result.corners)}",
         "spacing": number(result.spacing),

@@ -16,11 +16,12 @@ import numpy as np
 
 import crispline
 from crispline.files import check_output, write_text
+from crispline.findings import FaceReport
 from crispline.gauge.distance import Deviations
 from crispline.options import Options
 from crispline.report.buffers import encoded
 from crispline.report.content import result_page
-from crispline.report.page import FaceRow, Page
+from crispline.report.page import Page
 from crispline.report.palette import KIND_COLOURS, KINDS, PATCH_COLOURS, RAMP, kind_index
 from crispline.report.scene import scene_of_shape
 from crispline.report.sections import facts as fact_list
@@ -74,7 +75,7 @@ def write_comparison_report(
     shape: Any,
     points: Array,
     found: Deviations,
-    faces: Sequence[FaceRow],
+    faces: Sequence[FaceReport],
     *,
     spacing: float,
     verdict: str,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from crispline.report.content import face_rows, result_facts, result_verdict
+from crispline.report.content import result_facts, result_verdict
 from crispline.report.sections import face_table, facts
 from crispline.result import Reconstruction
 
@@ -25,6 +25,6 @@ def notebook_html(result: Reconstruction) -> str:
         f'<div class="crispline"><style>{_STYLE}</style>'
         f"<strong>{escape(result_verdict(result))}</strong>"
         f"<dl>{facts(result_facts(result).items())}</dl>"
-        f"{face_table(face_rows(result))}"
+        f"{face_table(result.faces)}"
         f"{f'<ul>{warnings}</ul>' if warnings else ''}</div>"
     )

@@ -2,37 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
+from crispline.findings import FaceReport
 from crispline.report.scene import Scene
-
-
-@dataclass(frozen=True)
-class FaceRow:
-    """One row of the face table; residuals are signed distances of its points, outside positive.
-
-    Attributes
-    ----------
-    kind : ``plane``, ``cylinder``, ...
-    parameters : of the surface, as :meth:`crispline.surface.Surface.parameters` gives them.
-    area : NaN if unknown.
-    n_points : points that were measured.
-    rms, p95, max, mean : of the residuals; ``p95`` and ``max`` of their size.
-    explained : share of the points within 3 sigma of the noise; NaN if unknown.
-    """
-
-    kind: str
-    parameters: Mapping[str, float | list[float]]
-    area: float
-    n_points: int
-    rms: float
-    p95: float
-    max: float
-    mean: float
-    explained: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -61,7 +36,7 @@ class Page:
     verdict: str
     is_good: bool
     facts: tuple[tuple[str, str], ...]
-    faces: tuple[FaceRow, ...]
+    faces: tuple[FaceReport, ...]
     scene: Scene
     spacing: float
     noise: float

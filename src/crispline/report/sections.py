@@ -9,7 +9,8 @@ from html import escape
 
 import numpy as np
 
-from crispline.report.page import FaceRow, Page
+from crispline.findings import FaceReport
+from crispline.report.page import Page
 from crispline.report.palette import KIND_COLOURS, kind_index, ramp_colour
 from crispline.surface.base import Array
 
@@ -78,7 +79,7 @@ def _titled(title: str, unit: str) -> str:
     return f"{title} in {unit}" if unit else title
 
 
-def face_table(faces: Iterable[FaceRow]) -> str:
+def face_table(faces: Iterable[FaceReport]) -> str:
     """The table of faces; the page's script sorts it."""
     heads = "".join(
         f'<th scope="col" class="{kind}"><button type="button">{name}</button></th>'
@@ -91,7 +92,7 @@ def face_table(faces: Iterable[FaceRow]) -> str:
     )
 
 
-def _face_row(index: int, face: FaceRow) -> str:
+def _face_row(index: int, face: FaceReport) -> str:
     colour = KIND_COLOURS[kind_index(face.kind)]
     size, sort_size = _size(face.parameters)
     cells = [
