@@ -1,4 +1,4 @@
-"""How commands behave: help, settings, what is told and in which form, Ctrl-C."""
+"""How commands behave: help, settings, what is told and in which form, Ctrl-C and SIGTERM."""
 
 import json
 import os
@@ -7,6 +7,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import time
 from types import ModuleType
 
 import click
@@ -19,6 +20,7 @@ from crispline import cli, shapes
 from crispline.cli.options import configuration
 from crispline.configuration import settings, to_toml
 from crispline.errors import InputError, ReconstructionError
+from crispline.files import atomic_path
 from crispline.options import FitOptions, NetOptions, Options, SharpenOptions
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
@@ -195,6 +197,7 @@ def test_the_defaults_in_the_help_are_the_real_ones():
         "threads": "threads",
         "model": "model",
         "fill_holes": "net.fill_holes",
+        "normals": "net.normals",
         "rule": "sharpen.rule",
         "repeat": "sharpen.repeat",
     }
@@ -299,7 +302,26 @@ def test_log_json_tells_bad_usage_in_its_form(detect):
     assert "--seed" in only["message"]
 
 
-# --- Ctrl-C -------------------------------------------------------------------------------
+# --- Ctrl-C, SIGTERM ---------------------------------------------------------------------
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without a word")
+def test_termination_while_a_file_is_written_leaves_nothing(detect, monkeypatch, tmp_path):
+    def write(self, path, unit):
+        with atomic_path(path) as draft:
+            draft.write_text("half of it")
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(5.0)  # the signal arrives before that
+
+    monkeypatch.setattr(_Found, "write_edges", write)
+    before = signal.getsignal(signal.SIGTERM)
+    outcome, _ = detect()
+    assert outcome.exit_code == 143
+    assert outcome.stderr.splitlines()[-1] == (
+        "Terminated; files that were not finished are not written"
+    )
+    assert [one.name for one in tmp_path.iterdir()] == ["cloud.npy"]
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for one child alone")

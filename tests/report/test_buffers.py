@@ -39,6 +39,16 @@ def test_positions_and_deviations_come_back(scene, points):
     assert stored["n_outside"] == stored["n_skipped"] == 0
 
 
+def test_indices_of_patches_come_back(scene):
+    def whole(values):
+        return values.reshape(-1, 3).astype(np.int64) @ [1, 256, 65536]
+
+    quads = scene.patches.quads
+    np.testing.assert_array_equal(whole(array(encoded(scene), "quads")), quads.ravel())
+    large = np.array([[0, 255, 256, 65535], [65536, 70_000, 2**24 - 2, 2**24 - 1]])
+    np.testing.assert_array_equal(whole(buffers._three_bytes(large)), large.ravel())
+
+
 def test_the_mesh_keeps_its_area_face_by_face(scene):
     stored = encoded(scene)
     vertices, triangles = places(stored, "vertices"), array(stored, "triangles").reshape(-1, 3)

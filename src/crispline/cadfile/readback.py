@@ -10,9 +10,9 @@ from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
 
 from crispline import occt
-from crispline.occt.measure import tessellate
+from crispline.occt.measure import diagonal, tessellate
 
-_DEFLECTION = 1e-3  # of the root of the area: enough to see that a face can be filled
+_DEFLECTION = 1e-3  # of the diagonal: enough to see that a face can be filled
 _ANGLE = 0.5
 
 
@@ -35,22 +35,21 @@ def is_same_solid(copy: Any, shape: Any, factor: float = 1.0) -> bool:
     n_faces = len(occt.subshapes(shape, occt.FACE))
     if n_faces != len(occt.subshapes(copy, occt.FACE)):
         return False
-    area, volume = _integrals(shape)
-    mesh = tessellate(copy, _DEFLECTION * factor * float(np.sqrt(area)), _ANGLE)
+    mesh = tessellate(copy, _DEFLECTION * diagonal(copy), _ANGLE)
     if len(np.unique(mesh.faces)) < n_faces:
         return False
+    area, volume = float(mesh.areas().sum()) / factor**2, _volume(shape)
     slack = 2.0 * occt.largest_tolerance(shape, occt.VERTEX)
     room = slack * area + 1e-6 * abs(volume)
-    return bool(abs(_integrals(copy)[1] / factor**3 - volume) <= room)
+    return bool(abs(_volume(copy) / factor**3 - volume) <= room)
 
 
-def _integrals(shape: Any) -> tuple[float, float]:
-    """Area and volume by one Gauss rule a span.
+def _volume(shape: Any) -> float:
+    """Volume by one Gauss rule a span.
 
     Not as exact as `crispline.occt.measure`, which is slow on large B-spline faces, but
     wrong in the same way for the same faces.
     """
-    surface, inside = GProp_GProps(), GProp_GProps()
-    BRepGProp.SurfaceProperties_s(shape, surface)
+    inside = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, inside)
-    return float(surface.Mass()), float(inside.Mass())
+    return float(inside.Mass())

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
+import threading
 import traceback
-from contextlib import redirect_stdout
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from types import FrameType
 from typing import Any
 
 import click
@@ -16,6 +20,28 @@ from crispline.cli.options import dump_option
 from crispline.errors import CrisplineError
 
 _INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
+_TERMINATED = 143
+
+
+class _Terminated(BaseException):
+    """The system, a batch queue or a container asked the program to end."""
+
+
+@contextmanager
+def _heeding_termination() -> Iterator[None]:
+    """Let SIGTERM end a command as Ctrl-C does: nothing half-written stays behind."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals belong to the main thread, and to whoever runs the command in another
+        return
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise _Terminated
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 class _Command(click.Command):
@@ -40,7 +66,8 @@ class _Program(click.Group):
 
     def invoke(self, context: click.Context) -> Any:
         try:
-            return super().invoke(context)
+            with _heeding_termination():
+                return super().invoke(context)
         except click.ClickException as error:
             if not messages.is_json():
                 raise
@@ -51,6 +78,10 @@ class _Program(click.Group):
         except KeyboardInterrupt:
             exit_code = _INTERRUPTED
             message = "Interrupted; files that were not finished are not written"
+            messages.tell_error(message, exit_code, prefix="")
+        except _Terminated:
+            exit_code = _TERMINATED
+            message = "Terminated; files that were not finished are not written"
             messages.tell_error(message, exit_code, prefix="")
         except CrisplineError as error:
             exit_code = error.exit_code
@@ -83,5 +114,5 @@ def program() -> None:
     """Noisy point clouds to CAD solids with sharp edges and corners.
 
     Exit codes: 0 done, 2 bad usage or bad input, 3 no valid model could be made, 130
-    interrupted.
+    interrupted, 143 terminated.
     """

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from crispline import occt
 from crispline.cadfile.step import open_step, step_bytes
+from crispline.cloud.nearest import nearest
 from crispline.gauge.distance import Deviations, deviations
 from crispline.surface.base import Array
 
@@ -16,6 +18,8 @@ N_SIGMAS = 3.0
 """A point is explained if it lies within this many noise sigmas of the model."""
 MIN_POINTS = 20
 """Faces with fewer points have no quantile to speak of, and none is held against them."""
+_SAME = 1e-5
+"""A point this near to one that was measured is the same, but for rounding, in spacings."""
 _MAX_FACES = 300
 """Shapes of more faces are measured as they are in memory: reading them back takes long."""
 
@@ -50,12 +54,33 @@ class Certificate:
     spacing : mean distance between neighbouring points.
     whole : of all points.
     faces : of the points nearest to each face, in exploration order.
+    points, found : the points that were measured, shape ``(n, 3)``, and where each lies.
     """
 
     noise: float
     spacing: float
     whole: Residuals
     faces: tuple[Residuals, ...]
+    points: Array = field(compare=False, repr=False)
+    found: Deviations = field(compare=False, repr=False)
+
+    def deviations(self, shape: Any, points: Array) -> Deviations:
+        """Where points lie; those that were measured already are not measured again.
+
+        Parameters
+        ----------
+        shape : the one that was certified, for all other points.
+        points : shape ``(n, 3)``, for example the cloud with its outliers.
+        """
+        away, row = nearest(cKDTree(self.points), points, 1)
+        other = np.flatnonzero(away[:, 0] > _SAME * self.spacing)
+        known = self.found
+        same = row[:, 0]
+        distance, face, foot = known.distance[same], known.face[same], known.foot[same]
+        if len(other):
+            rest = deviations(shape, points[other], self.spacing)
+            distance[other], face[other], foot[other] = rest.distance, rest.face, rest.foot
+        return Deviations(distance, face, foot)
 
     @property
     def worst_face(self) -> int | None:
@@ -86,6 +111,8 @@ def certify(shape: Any, points: Array, spacing: float, noise: float) -> Certific
         spacing,
         residuals(found.distance, N_SIGMAS * noise),
         face_residuals(found, n_faces, N_SIGMAS * noise),
+        points,
+        found,
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from crispline.report.scene import Cloud, Scene
 from crispline.surface.base import Array
 
-MAX_POINTS = 300_000
+MAX_POINTS = 200_000
 """Points shown; of larger clouds every k-th."""
 _STEPS = 65535
 _MARGIN = 0.05
@@ -57,7 +57,7 @@ def encoded(scene: Scene) -> dict[str, Any]:
     }
     if scene.patches is not None:
         arrays |= {
-            "quads": scene.patches.quads.astype(np.uint32),
+            "quads": _three_bytes(scene.patches.quads),
             "plain": steps(scene.patches.plain),
             "sharp": steps(scene.patches.sharp),
             "patch_kinds": scene.patches.kinds.astype(np.uint8),
@@ -93,6 +93,11 @@ def _welded(
 
 def _rows(faces: NDArray[np.int64]) -> NDArray[np.uint16]:
     return np.where((faces < 0) | (faces >= NO_FACE), NO_FACE, faces).astype(np.uint16)
+
+
+def _three_bytes(index: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """Whole numbers below 2^24 as three bytes each, the lowest first, shape ``(..., 3)``."""
+    return index.astype("<u4")[..., None].view(np.uint8)[..., :3]
 
 
 def _segments(polylines: tuple[Array, ...], steps: Any) -> NDArray[np.uint16]:

@@ -25,7 +25,12 @@ def result_page(
     """The page of a run; see :func:`crispline.report.html.write_report`."""
     found: Deviations | None = None
     if result.solid is not None and result.solid.face_order:
-        found = result.deviations(points)
+        measured = result.certificate
+        found = (
+            result.deviations(points)
+            if measured is None
+            else measured.deviations(result.solid.shape, points)
+        )
     return Page(
         title=title,
         verdict=failure or result_verdict(result),

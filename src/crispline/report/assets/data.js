@@ -12,6 +12,15 @@ function typedArray(name) {
   return new type(bytes.buffer);
 }
 
+// Whole numbers of three bytes each, the lowest first.
+function wholeNumbers(name) {
+  const bytes = typedArray(name), numbers = new Uint32Array(bytes.length / 3);
+  for (let i = 0; i < numbers.length; i++) {
+    numbers[i] = bytes[3 * i] | (bytes[3 * i + 1] << 8) | (bytes[3 * i + 2] << 16);
+  }
+  return numbers;
+}
+
 // The view works in a cube of side 1 about the origin; these map to it and back.
 const toView = (place) => new THREE.Vector3(...place.map((x, i) => (x - data.origin[i]) / data.extent - 0.5));
 const lengthToView = (length) => length / data.extent;

@@ -59,7 +59,7 @@ function cornerLayer() {
 
 // Every quad has its own four vertices: a colour of its own, and normals on both sides of a crease.
 function patchLayer(name, limit) {
-  const positions = typedArray(name), quads = typedArray("quads"), kinds = typedArray("patch_kinds");
+  const positions = typedArray(name), quads = wholeNumbers("quads"), kinds = typedArray("patch_kinds");
   const n = quads.length, corners = new Uint16Array(3 * n), index = new Uint32Array(6 * kinds.length);
   const kind = new Uint8Array(n), corner = new Uint8Array(2 * n);
   for (let h = 0; h < n; h++) {

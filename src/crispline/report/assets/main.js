@@ -23,7 +23,8 @@ function setTheme(theme) {
 
 function select(face) {
   table.select(face);
-  view?.select(face);
+  shared.selected.value = face ?? -1;
+  view?.invalidate();
 }
 
 function apply(states) {
@@ -109,22 +110,27 @@ function firstPicture() {
   setTimeout(drawPlaces);
 }
 
-const table = new FaceTable(select);
-try {
-  view = new View(byId("view"), () => {
-    drawTriad(view.turntable.camera);
-    drawScale(view.turntable.pixel);
-    firstPicture();
-  }, select);
-} catch (error) {
-  byId("notice").textContent = "This browser offers no WebGL, so there is no picture; everything else is on this page.";
-  byId("notice").hidden = false;
-}
-setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
-byId("theme").addEventListener("click", () => setTheme(root.dataset.theme === "dark" ? "light" : "dark"));
-if (matchMedia("(max-width: 900px)").matches) byId("layers").open = false;
-if (view) {
+// The text is painted before the picture is begun: a graphics context may take a second.
+function start() {
+  try {
+    view = new View(byId("view"), () => {
+      drawTriad(view.turntable.camera);
+      drawScale(view.turntable.pixel);
+      firstPicture();
+    }, select);
+  } catch (error) {
+    byId("notice").textContent = "This browser offers no WebGL, so there is no picture; everything else is on this page.";
+    byId("notice").hidden = false;
+    return;
+  }
+  setTheme(root.dataset.theme);
   connect();
   drawBar(data.limit);
   applyPreset(has("model") ? "model" : has("patches") ? "patches" : "deviation");
 }
+
+const table = new FaceTable(select);
+setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+byId("theme").addEventListener("click", () => setTheme(root.dataset.theme === "dark" ? "light" : "dark"));
+if (matchMedia("(max-width: 900px)").matches) byId("layers").open = false;
+requestAnimationFrame(() => setTimeout(start));

@@ -102,11 +102,6 @@ class View {
     this.picked(x === null ? null : this.faceAt(x, y));
   }
 
-  select(face) {
-    shared.selected.value = face ?? -1;
-    this.invalidate();
-  }
-
   mark(place) {
     this.marker.visible = place !== null;
     if (place) this.marker.position.copy(toView(place));
