@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from crispline.brep.ladder import Ladder
+from crispline.cloud.noise import noise_levels
 from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.thin import thin_walls
 from crispline.cloud.working import working_cloud
 from crispline.net.halfedge import half_edges
 from crispline.net.orientation import oriented_normals
 from crispline.net.quads import quad_net
+from crispline.net.strays import stray_pieces, strays_sentence
 from crispline.options import Options
 from crispline.region.evidence import gather_evidence
 from crispline.region.patches import PatchGraph
@@ -53,7 +57,8 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     cloud = working_cloud(given.points, options.cloud, threads)
     watch.stage("normals", 0.05)
     walls = thin_walls(cloud).sentence(cloud)
-    normals, _ = oriented_normals(cloud, options.net, threads)
+    facing = oriented_normals(cloud, options.net, threads, given)
+    cloud, normals = facing.cloud, facing.normals
     watch.stage("net", 0.1)
     net = quad_net(cloud, normals, options.net, threads)
     quads = half_edges(net.quads, len(net.vertices))
@@ -65,7 +70,8 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         curvature(centres), graph.normals, graph.adjacency, graph.edge_length, sigma, options.detect
     )
     watch.stage("regions", 0.45)
-    evidence = gather_evidence(cloud, normals, graph, sigma, threads)
+    noise = noise_levels(cloud.points, cloud.neighbours, sigma)
+    evidence = gather_evidence(cloud, normals, graph, noise, threads, is_sided=facing.is_told)
     regions = segment(
         evidence, net.vertices, quads, detection.is_sharp, options.region, options.fit
     )
@@ -78,6 +84,11 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
     places = cloud.to_user.points(net.vertices)
     opening = "" if net.is_open else quads.opening(places)
+    raw = cloud.to_user.points(cloud.points)
+    stray = np.full(len(raw), -1)
+    if net.is_open:
+        stray = stray_pieces(cloud.points, net.vertices, options.net.min_piece, threads)
+    strays = strays_sentence(raw, stray)
     rims = (quads.rims(places),) if net.is_open and not quads.is_closed else ()
     result = Reconstruction(
         model=located.model.transformed(cloud.to_user),
@@ -86,8 +97,10 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         noise=cloud.sigma * cloud.spacing,
         warnings=(
             *cloud.warnings(given.n_dropped),
+            *facing.notes,
             *([walls] if walls else []),
             *net.notes,
+            *([strays] if strays else []),
             *([opening] if opening else rims),
             *(d.sentence(cloud.to_user) for d in located.doubts),
         ),
@@ -99,7 +112,8 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         LabelledNet(smooth, regions.label, located.topology),
         patches,
         cloud.to_user,
-        cloud.to_user.points(cloud.points),
+        raw[stray < 0],
         options.locate.preserve_move,
+        regions.explained >= options.region.min_explained,
     )
     return Features(ladder, result, opening)

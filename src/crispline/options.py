@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 Surface = Literal["auto", "open", "closed"]
+Normals = Literal["auto", "file", "none"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,9 @@ class CloudOptions:
 class NetOptions:
     """Quad net over the cloud."""
 
+    normals: Normals = "auto"
+    """What normals and scanner positions in the file count: ``auto`` uses them if they agree with
+    each other and with the points, ``file`` in any case, ``none`` never."""
     normal_neighbours: tuple[int, ...] = (18, 24, 14)
     """Neighbourhood sizes tried for the normals, in this order."""
     good_spread: float = 0.2
@@ -102,6 +106,9 @@ class RegionOptions:
     """Larger regions are kept whatever they explain."""
     draft_points: int = 1000
     """Raw points per fit while the borders still move."""
+    min_explained: float = 0.4
+    """If surfaces explain less than this share of the scan after a round, it has no faces to be
+    found: there are no more rounds, and bicubic patches are tried before trimmed faces."""
     rounds: int = 3
     """Rounds of fitting, merging and optimising the borders."""
 

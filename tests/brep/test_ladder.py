@@ -115,6 +115,14 @@ def test_where_most_faces_fail_the_model_is_patches():
     assert checked.volume == pytest.approx(made.solid.check.volume, rel=1e-9)
 
 
+@pytest.mark.parametrize(("has_faces", "kind"), [(True, "trimmed"), (False, "patches")])
+def test_without_faces_to_trim_patches_come_first(has_faces, kind):
+    made = replace(ladder(), has_faces=has_faces).climb("auto")
+    assert made.solid.check.is_good
+    assert made.solid.representation == kind
+    assert any("no surfaces explain" in warning for warning in made.warnings) != has_faces
+
+
 def test_one_rung_can_be_asked_for():
     failed = spoiled([2]).climb("trimmed")
     assert failed.solid.representation == "trimmed"

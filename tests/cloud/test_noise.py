@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from crispline.cloud.noise import noise_levels
 from crispline.cloud.scale import cloud_scale
 from crispline.cloud.working import working_cloud
 from crispline.options import CloudOptions
@@ -56,3 +57,26 @@ def test_a_sample_of_the_points_tells_the_same():
     assert found == pytest.approx(cloud.spacing, rel=0.02)
     assert noise == pytest.approx(cloud.sigma * cloud.spacing, rel=0.03)
     assert np.isnan(cloud_scale(points[:23])).all()
+
+
+def test_a_half_with_four_times_the_noise_has_four_times_the_noise():
+    stream = np.random.default_rng(0)
+    flat = stream.uniform(0.0, 100.0, (10_000, 2))
+    noise = np.where(flat[:, 0] > 50.0, 0.2, 0.05)
+    points = np.column_stack([flat, noise * stream.normal(size=len(flat))])
+    cloud = working_cloud(points, CloudOptions())
+    found = noise_levels(cloud.points, cloud.neighbours, 0.05 / cloud.spacing)
+    at = cloud.to_user.points(cloud.points)[:, 0]
+    np.testing.assert_allclose(found[at < 35.0] * cloud.spacing, 0.05, rtol=0.25)
+    np.testing.assert_allclose(found[at > 65.0] * cloud.spacing, 0.2, rtol=0.25)
+
+
+@pytest.mark.parametrize("shape", ["bracket", "box-cylinder"])
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_creases_and_chance_are_no_uneven_noise(shape, noise):
+    clean = sample(SHAPES[shape](), 8000, seed=1)
+    stream = np.random.default_rng(1)
+    points = clean.points + noise * clean.spacing * stream.normal(size=(8000, 1)) * clean.normals
+    cloud = working_cloud(points, CloudOptions())
+    sigma = max(cloud.sigma, 0.05)
+    np.testing.assert_array_equal(noise_levels(cloud.points, cloud.neighbours, sigma), sigma)

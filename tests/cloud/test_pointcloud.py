@@ -31,12 +31,18 @@ def test_normals_become_unit_and_follow_the_dropped_rows():
 
 
 @pytest.mark.parametrize("unusable", [0.0, np.nan])
-def test_one_unusable_normal_discards_all_of_them_but_no_point(unusable):
-    normals = np.ones((8, 3))
+def test_an_unusable_normal_is_not_known_and_drops_no_point(unusable):
+    normals = np.tile([0.0, 0.0, 2.0], (8, 1))
     normals[3] = unusable
     cloud = PointCloud.from_arrays(CUBE, normals)
-    assert cloud.normals is None
-    assert len(cloud) == 8
+    assert cloud.normals is not None
+    expected = np.tile([0.0, 0.0, 1.0], (8, 1))
+    expected[3] = 0.0
+    np.testing.assert_array_equal(cloud.normals, expected)
+
+
+def test_normals_of_which_none_is_usable_are_none():
+    assert PointCloud.from_arrays(CUBE, np.zeros((8, 3))).normals is None
 
 
 @pytest.mark.parametrize(

@@ -203,3 +203,12 @@ def test_a_plane_with_a_few_outliers_is_still_a_plane():
     flat = plane(400, np.random.default_rng(0))
     with pytest.raises(InputError, match="in one plane"):
         working(np.concatenate([flat, [[10.0, 10.0, 100.0]]]))
+
+
+@pytest.mark.parametrize("wall", [2.0, 2.5, 3.0])
+def test_the_other_side_of_a_thin_wall_is_no_noise(wall):
+    rng = np.random.default_rng(0)
+    rise = np.array([0.0, 0.0, wall])
+    sheets = [plane(4000, rng), plane(4000, rng) + rise]
+    points = np.concatenate(sheets) + [0.0, 0.0, 0.1] * rng.normal(size=(8000, 3))
+    assert local_noise(points, neighbourhoods(points)[1]) == pytest.approx(0.1, rel=0.3)

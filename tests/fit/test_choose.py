@@ -6,11 +6,9 @@ from crispline.fit.choose import (
     PRIMITIVE_FITS,
     choose_surface,
     explains,
-    faces_alike,
-    fit_jointly,
 )
 from crispline.options import FitOptions
-from crispline.surface import Cylinder, Plane
+from crispline.surface import Cylinder
 
 OPTIONS = FitOptions()
 
@@ -93,38 +91,6 @@ def test_explains_rejects_points_that_face_elsewhere(patches):
     rng = np.random.default_rng(4)
     truth, points, normals = patches.plane(300, rng)
     assert not explains(truth, points, normals[:, [2, 0, 1]], 0.1, OPTIONS)
-
-
-def test_either_side_of_a_surface_may_be_outside(patches):
-    _, _, normals = patches.plane(10, np.random.default_rng(0))
-    assert faces_alike(normals, normals)
-    assert faces_alike(-normals, normals)
-    half = np.where(np.arange(10) < 5, 1.0, -1.0)[:, None]
-    assert not faces_alike(half * normals, normals)
-
-
-def test_parts_of_one_cylinder_are_joined_and_of_two_are_not(patches):
-    rng = np.random.default_rng(5)
-    truth, points, normals = patches.scanned(patches.cylinder(900, rng, 15.0, 200.0), 0.1, rng)
-    along = points @ truth.axis
-    middle = np.median(along)
-    one, other = along < middle - 1, along > middle + 1
-    parts = [(points[side], normals[side]) for side in (one, other)]
-    joint = fit_jointly(("plane", "cylinder"), parts, 0.1, OPTIONS)
-    assert isinstance(joint, Cylinder)
-    assert joint.radius == pytest.approx(15.0, abs=0.05)
-    _, outward = truth.project(parts[1][0])
-    stepped = [parts[0], (parts[1][0] + 0.5 * outward, parts[1][1])]
-    assert fit_jointly(("plane", "cylinder"), stepped, 0.1, OPTIONS) is None
-
-
-def test_a_small_step_between_two_planes_is_seen(patches):
-    rng = np.random.default_rng(6)
-    _, points, normals = patches.plane(400, rng)
-    parts = [(points, normals), (points[:40] + np.array([30.0, 0.0, 0.0]), normals[:40])]
-    assert isinstance(fit_jointly(("plane",), parts, 0.05, OPTIONS), Plane)
-    raised = [parts[0], (parts[1][0] + np.array([0.0, 0.0, 0.2]), parts[1][1])]
-    assert fit_jointly(("plane",), raised, 0.05, OPTIONS) is None
 
 
 def free_form(n, sigma, rng):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from crispline.fit.residual import clipped, drift, judge, residual_limit, rms
+from crispline.fit.residual import clipped, drift, faces_alike, judge, residual_limit, rms
 from crispline.options import FitOptions
 
 OPTIONS = FitOptions()
@@ -47,3 +47,11 @@ def test_few_far_points_do_not_decide():
 def test_no_points_have_no_residual():
     assert rms(np.zeros(0)) == 0.0
     assert drift(np.zeros((0, 3)), np.zeros(0)) == 0.0
+
+
+def test_either_side_of_a_surface_may_be_outside(patches):
+    _, _, normals = patches.plane(10, np.random.default_rng(0))
+    assert faces_alike(normals, normals)
+    assert faces_alike(-normals, normals)
+    half = np.where(np.arange(10) < 5, 1.0, -1.0)[:, None]
+    assert not faces_alike(half * normals, normals)

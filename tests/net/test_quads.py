@@ -166,6 +166,9 @@ def test_the_user_may_insist_on_closed_or_open():
     _, net = build(*half_ball(1500), surface="closed")
     assert not net.is_open
     assert euler(net) == 2
+    assert "was spanned to close the surface" in " ".join(net.notes)
+    _, net = build(*ball(1500), surface="closed")
+    assert net.notes == ()
     _, net = build(*ball(1500), surface="open")
     assert net.is_open
     assert euler(net) == 2

@@ -14,6 +14,7 @@ from crispline.region.expand import expand_regions
 from crispline.region.fitting import fit_regions, label_cloud
 from crispline.region.merge import merge_regions
 from crispline.region.patches import PatchGraph
+from crispline.region.segment import explained_share, segment
 from crispline.region.split import split_into_surfaces
 from crispline.region.swallowed import release_swallowed
 from crispline.surface import Similarity
@@ -34,9 +35,10 @@ def box(nets):
     noise = SIGMA * rng.normal(size=(len(centres), 1)) * normals
     still = Similarity(1.0, np.eye(3), np.zeros(3))
     none = np.zeros((0, 24))
-    cloud = WorkingCloud(centres + noise, none.astype(np.int64), none, SIGMA, still, 0, 0)
+    kept = np.arange(len(centres))
+    cloud = WorkingCloud(centres + noise, none.astype(np.int64), none, SIGMA, still, 0, 0, kept)
     graph = PatchGraph(centres, normals, connected.pairs(), 1.0)
-    evidence = gather_evidence(cloud, normals, graph, SIGMA)
+    evidence = gather_evidence(cloud, normals, graph, np.full(len(centres), SIGMA))
     return SimpleNamespace(
         vertices=vertices, quads=connected, side=side, cloud=cloud, normals=normals, graph=graph,
         evidence=evidence,
@@ -45,7 +47,7 @@ def box(nets):
 
 def fitted(box, label):
     labelled = label_cloud(box.evidence, box.vertices, box.quads, label)
-    known = fit_regions(labelled, box.graph, label, SIGMA, FIT, {})
+    known = fit_regions(labelled, box.graph, label, FIT, {})
     return labelled, known, {region: fit for region, (fit, _) in known.items()}
 
 
@@ -82,7 +84,7 @@ def test_every_side_is_a_plane_that_looks_outward(box):
         np.testing.assert_allclose(outward, box.normals[box.side == region][0], atol=0.01)
         assert np.sqrt(np.mean(fit.residuals**2)) == pytest.approx(SIGMA, rel=0.2)
     labelled, _, _ = fitted(box, box.side)
-    again = fit_regions(labelled, box.graph, box.side, SIGMA, FIT, known)
+    again = fit_regions(labelled, box.graph, box.side, FIT, known)
     assert all(again[region] is known[region] for region in known)  # nothing changed: no new fit
 
 
@@ -90,15 +92,44 @@ def test_halves_of_a_side_join_and_sides_do_not(box):
     label = box.side + 6 * (box.graph.points[:, 0] > 0.0) * (box.side > 1)
     for _ in range(4):
         labelled, _, fits = fitted(box, label)
-        label = merge_regions(label, fits, labelled, box.graph, SIGMA, OPTIONS, FIT, {})
+        label = merge_regions(label, fits, labelled, box.graph, OPTIONS, FIT, {})
     assert len(np.unique(label)) == 6
     assert len(np.unique(np.stack([label, box.side]), axis=1)[0]) == 6
+
+
+def test_the_share_explained_counts_the_patches_of_accepted_regions(box):
+    _, _, fits = fitted(box, box.side)
+    assert explained_share(box.side, fits) == 1.0
+    fits[5] = replace(fits[5], is_accepted=False)
+    assert explained_share(box.side, fits) == pytest.approx(5 / 6)
+
+
+def test_a_crumpled_box_has_no_faces_and_takes_one_round(box, monkeypatch):
+    """Bumps of ten sigmas, two patches wide, on every side but one."""
+    bumps = 10.0 * SIGMA * np.prod(np.sin(1.6 * box.graph.points + 0.3), axis=1)
+    points = box.evidence.points + np.where(box.side > 0, bumps, 0.0)[:, None] * box.normals
+    evidence = replace(box.evidence, points=points)
+    rounds = []
+
+    def watched(label, *_):
+        rounds.append(label)
+        return label
+
+    monkeypatch.setattr("crispline.region.segment.expand_regions", watched)
+    is_sharp = np.zeros(len(box.side), dtype=bool)
+    for crumpled, n_rounds in ((evidence, 1), (box.evidence, OPTIONS.rounds)):
+        rounds.clear()
+        found = segment(crumpled, box.vertices, box.quads, is_sharp, OPTIONS, FIT)
+        assert len(rounds) == n_rounds
+        assert (found.explained < OPTIONS.min_explained) == (n_rounds == 1)
 
 
 def test_split_takes_a_box_without_creases_apart(box):
     label = np.zeros(len(box.side), dtype=np.int64)
     is_sharp = np.zeros(len(label), dtype=bool)
-    parts = split_into_surfaces(label, box.graph, is_sharp, 0.7 * SIGMA, OPTIONS, FIT)
+    parts = split_into_surfaces(
+        label, box.graph, is_sharp, 0.7 * box.evidence.patch_noise, OPTIONS, FIT
+    )
     agree = [np.bincount(parts[box.side == k]).max() for k in range(6)]
     assert sum(agree) > 0.95 * len(label)
 
@@ -122,6 +153,34 @@ def test_a_swallowed_side_comes_back(box):
     assert not (found[box.side != 5] == new).any()
 
 
+def test_a_noisy_side_is_not_lost(box):
+    """Points three sigmas off are, unless that is the noise of their place."""
+    points = box.evidence.points + np.where(box.side == 5, 3.0 * SIGMA, 0.0)[:, None] * box.normals
+    cloud = replace(box.cloud, points=points)
+    _, _, fits = fitted(box, box.side)
+    for noise, is_lost in ((SIGMA, True), (3.0 * SIGMA, False)):
+        along = np.where(box.side == 5, noise, SIGMA)
+        evidence = gather_evidence(cloud, box.normals, box.graph, along)
+        found = release_swallowed(box.side, fits, evidence, replace(OPTIONS, swallowed_floor=0.0))
+        assert (len(np.unique(found)) > 6) == is_lost
+
+
+def test_each_region_is_judged_by_the_noise_of_its_own_points(box):
+    """One side is scanned with five times the noise of the others."""
+    rng = np.random.default_rng(1)
+    noise = np.where(box.side == 2, 5.0 * SIGMA, SIGMA)
+    points = box.graph.points + (noise * rng.normal(size=len(noise)))[:, None] * box.normals
+    cloud = replace(box.cloud, points=points)
+    for assumed, is_accepted in ((noise, True), (np.full(len(noise), SIGMA), False)):
+        evidence = gather_evidence(cloud, box.normals, box.graph, assumed)
+        labelled = label_cloud(evidence, box.vertices, box.quads, box.side)
+        known = fit_regions(labelled, box.graph, box.side, FIT, {})
+        assert known[2][0].is_accepted == is_accepted
+        assert known[3][0].is_accepted
+        assert labelled.sigma(3) == pytest.approx(SIGMA)
+        assert labelled.sigma(2) == pytest.approx(assumed[box.side == 2][0])
+
+
 def test_nothing_is_lost_on_a_sound_labelling(box):
     _, _, fits = fitted(box, box.side)
     np.testing.assert_array_equal(released(box, box.side, fits), box.side)
@@ -136,7 +195,7 @@ def test_patches_astride_an_edge_are_not_lost(box):
     )
     astride = PatchGraph(points, box.graph.normals, box.graph.pairs, 1.0)
     _, _, fits = fitted(box, box.side)
-    evidence = gather_evidence(box.cloud, box.normals, astride, SIGMA)
+    evidence = gather_evidence(box.cloud, box.normals, astride, box.evidence.noise)
     found = release_swallowed(box.side, fits, evidence, OPTIONS)
     np.testing.assert_array_equal(found, box.side)
 

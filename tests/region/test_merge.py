@@ -45,7 +45,7 @@ def swept(spine, radius, length, arc_deg=90.0, seed=0):
     points = points + SIGMA * rng.normal(size=(n, 1)) * normals
     region = (raw_t > length / 2).astype(np.int64)
     clearance = np.abs(raw_t - length / 2)
-    return graph, label, LabelledCloud(points, normals, region, clearance)
+    return graph, label, LabelledCloud(points, normals, region, clearance, np.full(n, SIGMA))
 
 
 def straight(kink_deg=0.0, at=30.0):
@@ -85,7 +85,7 @@ def merged(scene, kinds, refused=None, is_accepted=True):
         surface = choose_surface(points, normals, SIGMA, options, kinds).surface
         residuals = surface.signed_distance(points)
         fits[region] = RegionFit(surface, 1, points, residuals, is_accepted)
-    return merge_regions(label, fits, cloud, graph, SIGMA, RegionOptions(), options, refused)
+    return merge_regions(label, fits, cloud, graph, RegionOptions(), options, refused)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from crispline.options import LocateOptions
+from crispline.region.regionfit import RegionFit
 from crispline.sharp.contact import Contact
+from crispline.sharp.crease import border_between, locate_crease
 from crispline.sharp.intersect import intersect
 from crispline.sharp.network import corner_vertices, split
 from crispline.sharp.trace import forward, guide_along, is_sane
@@ -208,3 +211,27 @@ def test_splitting_a_chain_keeps_the_loops(shapes):
         (loop,) = cut.loops[region]
         ends = [cut.chains[i].vertices[::side][[0, -1]] for i, side in loop]
         assert all(a[1] == b[0] for a, b in zip(ends, ends[1:] + ends[:1], strict=True))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_round_that_begins_to_bend_has_a_border_that_does_not_wander(seed):
+    """A cylinder and the torus it goes over into curve alike at the top of the round."""
+    rng = np.random.default_rng(seed)
+    turn = np.linspace(0.0, np.pi / 2.0, 200)
+    arc = np.column_stack([np.zeros(200), 10.0 + 5.0 * np.cos(turn), 5.0 * np.sin(turn)])
+    cylinder = Cylinder(np.array([0.0, 10.01, 0.0]), unit(np.array([1.0, 0.002, -0.003])), 5.0)
+    sides = [
+        RegionFit(surface, 1, arc, np.zeros(200))
+        for surface in (cylinder, Torus(ORIGIN, Z, 10.0, 5.01))
+    ]
+    ragged = arc[::25] + 0.5 * rng.uniform(-1.0, 1.0, (8, 3))
+    guide = guide_along(np.concatenate([arc[:1], ragged[1:], arc[-1:]]), False)
+    options = LocateOptions()
+    border = border_between(guide, sides, options)
+    assert border.is_contact
+    found = locate_crease(border, (arc[0], arc[-1]), cKDTree(arc), 2.0, options)
+    assert not found.is_fallback
+    assert found.gap < 0.03
+    points = found.curve.samples(400)
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    assert length == pytest.approx(5.0 * np.pi / 2.0, rel=0.1)

@@ -177,6 +177,19 @@ def test_surfaces_that_do_not_meet_end_in_an_honest_fallback(shapes):
             assert distance <= 1.01 * edge.gap + 1e-9
 
 
+@pytest.mark.parametrize("width", [1.2, 2.4])
+def test_the_narrow_face_between_two_sides_of_a_plate_is_named(shapes, width):
+    network = shapes["Network"](0.0, 0)
+    for label, side in ((0, -1.0), (1, 1.0)):
+        network.region(
+            label, Plane(np.array([0.0, 0.0, side * width / 2]), np.array([0.0, 0.0, side]))
+        )
+    network.chain(0, 1, curve=shapes["ring"](10.0, 0.0))
+    _, (warning,) = network.located()
+    assert "a face between regions 0, 1 near (" in warning
+    assert f"is lost, as it is only {width:g} spacings wide" in warning
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_bad_fits_never_raise(shapes, seed):
     rng = np.random.default_rng(seed)

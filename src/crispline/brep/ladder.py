@@ -29,6 +29,11 @@ _MAX_SHARE = 0.35
 _MAX_PATCHES = 500
 """... and number of patches, as each is built and meshed like any other face."""
 
+_NO_FACES = (
+    "no surfaces explain most of the scan, so the model is made of bicubic patches only; if the "
+    "part has plain faces, the scan is too noisy or too coarse for them, or bent"
+)
+
 
 @dataclass(frozen=True)
 class Attempt:
@@ -58,6 +63,8 @@ class Ladder:
     to_user : from that frame to the user's unit.
     points : the cloud without outliers in the user's unit, shape ``(n, 3)``.
     max_move : see :func:`crispline.sharp.patched.patched`.
+    has_faces : whether the surfaces of the model explain the cloud. Where they do not,
+        trimming them is a waste of time, and patches come first.
     """
 
     model: Model
@@ -66,6 +73,7 @@ class Ladder:
     to_user: Similarity
     points: Array
     max_move: float
+    has_faces: bool
 
     @property
     def spacing(self) -> float:
@@ -89,6 +97,11 @@ class Ladder:
         model = self.model.transformed(self.to_user)
         if kind == "patches":
             return Attempt(model, *self._patches())
+        patches: tuple[Solid | None, tuple[str, ...]] | None = None
+        if kind == "auto" and not self.has_faces:
+            patches = self._patches()
+            if _is_good(patches[0]):
+                return Attempt(model, patches[0], (_NO_FACES, *patches[1]))
         first = _tried(lambda: make_solid(model, self._places, self.spacing))
         trimmed = Attempt(model, *first)
         if kind == "trimmed" or _is_good(trimmed.solid):
@@ -97,7 +110,7 @@ class Ladder:
             mixed = self._mixed(trimmed.solid)
             if mixed is not None:
                 return mixed
-        solid, warnings = self._patches()
+        solid, warnings = patches or self._patches()
         if _is_good(solid):
             reason = "no trimmed model is valid, so the model is made of bicubic patches only"
             return Attempt(model, solid, (reason, *warnings))

@@ -69,6 +69,12 @@ def _flags(has_solid: bool) -> Sequence[Callable[[Command], Command]]:
             help="Widest gap to close, in point spacings.  [default: 6.0]",
         ),
         click.option(
+            "--normals",
+            type=click.Choice(("auto", "file", "none")),
+            help="Normals and scanner positions in the file tell the outside: if they agree with "
+            "each other and the points, in any case, or never.  [default: auto]",
+        ),
+        click.option(
             "--regularize/--no-regularize",
             "regularize",
             default=None,
@@ -110,6 +116,7 @@ def run_options(has_solid: bool) -> Callable[[Command], Command]:
             config: Path | None,
             surface: Any,
             fill_holes: float | None,
+            normals: Any,
             regularize: bool | None,
             seed: int | None,
             threads: int | None,
@@ -120,7 +127,7 @@ def run_options(has_solid: bool) -> Callable[[Command], Command]:
             options = _with(given.options, seed=seed, threads=threads, model=model)
             options = replace(
                 options,
-                net=_with(options.net, surface=surface, fill_holes=fill_holes),
+                net=_with(options.net, surface=surface, fill_holes=fill_holes, normals=normals),
                 fit=_with(options.fit, regularize=regularize),
             )
             note_run(replace(given, options=options))

@@ -20,7 +20,7 @@ class PointCloud:
     Attributes
     ----------
     points : coordinates, shape ``(n, 3)``, float64, ``n >= 1``.
-    normals : unit normals, shape ``(n, 3)``, or None.
+    normals : unit normals, shape ``(n, 3)``, zero where the source has none; or None.
     viewpoints : where the scanner stood for each point, shape ``(n, 3)``, or None.
     n_dropped : rows of the source that held NaN or infinite coordinates and
         were left out (organised scans mark their invalid pixels so).
@@ -66,8 +66,8 @@ class PointCloud:
         Parameters
         ----------
         points : real numbers, shape ``(n, 3)``.
-        normals : directions of any length, shape ``(n, 3)``. They are kept only
-            if every point that remains has a finite one other than zero.
+        normals : directions of any length, shape ``(n, 3)``; those that are zero or not
+            finite become zero: not known.
         viewpoints : where the scanner stood for each point, shape ``(n, 3)``; kept
             only if they are finite.
         source : what error messages call the data, for example a file name.
@@ -173,8 +173,10 @@ def _unit_or_none(directions: Array | None) -> Array | None:
     if directions is None:
         return None
     length = np.linalg.norm(directions, axis=1, keepdims=True)
-    usable = np.isfinite(length) & (length > 0.0)
-    return directions / length if usable.all() else None
+    is_known = np.isfinite(length) & (length > 0.0)
+    if not is_known.any():
+        return None
+    return np.where(is_known, directions, 0.0) / np.where(is_known, length, 1.0)
 
 
 def _finite_or_none(rows: Array | None) -> Array | None:

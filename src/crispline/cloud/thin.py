@@ -49,8 +49,8 @@ class ThinWalls:
         )
 
 
-def thin_walls(cloud: WorkingCloud) -> ThinWalls:
-    """Look for points whose neighbourhood falls into two parallel sheets.
+def thin_walls(cloud: WorkingCloud, limit: float = MIN_WALL) -> ThinWalls:
+    """Look for points whose neighbourhood falls into two parallel sheets under ``limit`` apart.
 
     The heights of the 24 nearest points along their smallest principal component are
     split at the widest step between them.
@@ -76,7 +76,7 @@ def thin_walls(cloud: WorkingCloud) -> ThinWalls:
     apart = middles[1] - middles[0]
     shift = np.hypot(apart[:, 1], apart[:, 2])
     is_thin = (gap > _MIN_GAP) & (apart[:, 0] > _MIN_CONTRAST * 2.0 * scatter)
-    is_thin &= (shift < _MAX_SHIFT) & (apart[:, 0] < MIN_WALL)
+    is_thin &= (shift < _MAX_SHIFT) & (apart[:, 0] < limit)
     if not is_thin.any():
         return ThinWalls(0.0, np.inf, np.zeros(3))
     thin = cloud.points[sample[is_thin]]

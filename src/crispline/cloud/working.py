@@ -24,6 +24,15 @@ _ROUNDING = 2.0**-24
 # Lower quartile of the standard normal distribution.
 _QUARTILE = -0.6744897501960817
 
+# A step between heights wider than these parts two sheets of a wall: in ranges of the heights, in
+# radii of the neighbourhood.
+_SHEET_GAP = 0.35
+_MIN_SHEET_GAP = 0.3
+_MIN_SPLIT = 0.1  # share of the neighbourhoods, for thin walls to matter
+
+# Points beyond the six that a quadric needs, for it to tell the noise.
+_MIN_FREEDOM = 5
+
 # Moments smaller than this share of the whole are rounding errors of the input.
 _MOMENT_ROUNDING = 2.0**-30
 
@@ -40,6 +49,7 @@ class WorkingCloud:
     sigma : noise along the normal, spacings.
     to_user : the map from the working frame back to the user's units.
     n_duplicates, n_outliers : points removed.
+    kept : the row of the given cloud that each point comes from, shape ``(n,)``.
     """
 
     points: Array
@@ -49,6 +59,7 @@ class WorkingCloud:
     to_user: Similarity
     n_duplicates: int
     n_outliers: int
+    kept: NDArray[np.int64]
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -91,7 +102,8 @@ def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> Wo
     origin = np.median(points, axis=0)
     centred = points - origin
     _, first = np.unique(centred, axis=0, return_index=True)
-    centred = centred[np.sort(first)]
+    first = np.sort(first)
+    centred = centred[first]
     n_duplicates = n_given - len(centred)
     _refuse_degenerate(centred)
 
@@ -114,6 +126,7 @@ def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> Wo
         to_user=to_user,
         n_duplicates=n_duplicates,
         n_outliers=n_outliers,
+        kept=first[kept],
     )
 
 
@@ -137,32 +150,76 @@ def local_noise(points: Array, neighbours: NDArray[np.int64], n_samples: int = 3
 
     The same unit as ``points``. Creased, narrow and littered neighbourhoods are outvoted as
     long as a quarter of the surface is smooth and clean; the median needs half of it, and
-    came out up to three times too large on small clouds.
+    came out up to three times too large on small clouds. In a thin wall nearly every
+    neighbourhood holds points of the other side; they are left out.
 
     Parameters
     ----------
     points : shape ``(n, 3)``.
-    neighbours : indices of the neighbours of some points or all, shape ``(m, k)``, ``k`` over 6.
+    neighbours : indices of the neighbours of some points or all, nearest first, shape
+        ``(m, k)``, ``k`` over 6.
     n_samples : neighbourhoods that are used.
 
     References
     ----------
     Quantiles of chi-square: Wilson and Hilferty 1931.
     """
-    sample = np.unique(np.linspace(0, len(neighbours) - 1, n_samples).astype(np.int64))
-    local = points[neighbours[sample]]
+    variances = local_variances(points, neighbours[evenly(len(neighbours), n_samples)])
+    return float(np.sqrt(np.quantile(variances[~np.isnan(variances)], 0.25)))
+
+
+def evenly(n: int, n_samples: int) -> NDArray[np.int64]:
+    """Up to ``n_samples`` of the indices 0 to ``n - 1``, evenly apart."""
+    return np.unique(np.linspace(0, n - 1, n_samples).astype(np.int64))
+
+
+def local_variances(points: Array, neighbours: NDArray[np.int64]) -> Array:
+    """What quadrics leave of neighbourhoods ``(m, k)``, so scaled that noise has it as quartile.
+
+    Variances of shape ``(m,)``; NaN for a neighbourhood with too few points on its own sheet.
+    If all have, nothing tells the noise, and the mean squares of the residuals are returned.
+    """
+    local = points[neighbours]
     local = local - local.mean(axis=1, keepdims=True)
     _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", local, local))
     z, y, x = np.moveaxis(np.einsum("nki,nij->nkj", local, axes), 2, 0)
-    design = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
+    own = _own_sheet(z, np.hypot(x, y).max(axis=1))
+    design = own[:, :, None] * np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
+    z = own * z
     q, _ = np.linalg.qr(design)
     residual = z - np.einsum("nkc,nc->nk", q, np.einsum("nkc,nk->nc", q, z))
-    freedom = neighbours.shape[1] - 6
+    n_own = own.sum(axis=1)
+    is_told = n_own > 6 + np.minimum(_MIN_FREEDOM, neighbours.shape[1] - 7)
+    if not is_told.any():
+        return np.asarray((residual**2).mean(axis=1))
+    freedom = np.where(is_told, n_own - 6, np.nan)
     # A quantile of a chi-square with f degrees of freedom is about f (1 - g + z sqrt(g))^3 with
     # g = 2/(9 f) and z the same quantile of the normal distribution.
     g = 2.0 / (9.0 * freedom)
     factor = (1.0 - g + _QUARTILE * np.sqrt(g)) ** 3
-    return float(np.sqrt(np.quantile((residual**2).sum(axis=1), 0.25) / (freedom * factor)))
+    return np.asarray((residual**2).sum(axis=1) / (freedom * factor))
+
+
+def _own_sheet(heights: Array, radius: Array) -> NDArray[np.bool_]:
+    """Neighbours on the first one's side of a gap in the heights, shape ``(n, k)``.
+
+    Heights fall into two sheets where the widest step between them is more than a share of
+    their range and than a share of the neighbourhood's ``radius`` ``(n,)``.
+    """
+    order = np.argsort(heights, axis=1)
+    ranked = np.take_along_axis(heights, order, axis=1)
+    steps = np.diff(ranked, axis=1)
+    widest = np.argmax(steps, axis=1)[:, None]
+    step = np.take_along_axis(steps, widest, axis=1)[:, 0]
+    is_split = step > np.maximum(
+        _SHEET_GAP * (ranked[:, -1] - ranked[:, 0]), _MIN_SHEET_GAP * radius
+    )
+    middle = 0.5 * np.take_along_axis(ranked, widest, axis=1)
+    middle += 0.5 * np.take_along_axis(ranked, widest + 1, axis=1)
+    is_own = (heights > middle) == (heights[:, :1] > middle)
+    if is_split.mean() < _MIN_SPLIT:  # edges and litter, which the quartile outvotes
+        return np.ones(heights.shape, dtype=np.bool_)
+    return np.asarray(is_own | ~is_split[:, None])
 
 
 def _nearest(points: Array, k: int, threads: int) -> tuple[Array, NDArray[np.int64]]:

@@ -11,8 +11,9 @@ import numpy as np
 from crispline.fit.bspline import fit_bspline_surface
 from crispline.fit.cone import fit_cone
 from crispline.fit.cylinder import fit_cylinder
+from crispline.fit.dominant import dominant_plane
 from crispline.fit.plane import fit_plane
-from crispline.fit.residual import judge, residual_limit, rms, rms_limit
+from crispline.fit.residual import faces_alike, judge, residual_limit, rms, rms_limit
 from crispline.fit.robust import thinned
 from crispline.fit.sphere import fit_sphere
 from crispline.fit.torus import fit_torus
@@ -23,12 +24,12 @@ from crispline.surface.base import Array
 KINDS = ("plane", "cylinder", "sphere", "cone", "torus", "bspline")
 """Every kind of surface, in order of preference where several explain the same points."""
 MIN_FREE_FORM_POINTS = 25
-MAX_NORMAL_ERROR = np.radians(40.0)
-"""Largest median angle between given and fitted normals."""
 
-_N_CANDIDATE_POINTS = 500
+N_CANDIDATE_POINTS = 500
+"""Points of a draft."""
+CANDIDATE_SLACK = 1.1
+"""A draft may leave so many times the residual that a fit may leave."""
 _CLIP = 4.0
-_CANDIDATE_SLACK = 1.1
 _NOISE_SHARE = 0.05
 """Chi-square per point that a real scan's nearly flat faces may gain from a huge radius."""
 
@@ -93,7 +94,9 @@ def choose_surface(
     A plane if it passes the residual test and leaves no more than noise.
     Otherwise the primitive of least robust chi-square plus ``2 k log n`` (a
     description length; ``k`` free parameters) that passes; a plane that passes
-    too gives way only where that pays. Otherwise a B-spline.
+    too gives way only where that pays. What none of these leaves as noise is a plane with
+    strips of its neighbours if :func:`crispline.fit.dominant.dominant_plane` says so, else a
+    B-spline.
 
     Parameters
     ----------
@@ -103,7 +106,7 @@ def choose_surface(
     options : thresholds. More than ``options.max_points`` points are thinned.
     kinds : the kinds to consider, of :data:`KINDS`.
     border_distance : distance of each point from the region's border, shape
-        ``(n,)``, spacings; only B-splines use it.
+        ``(n,)``, spacings; B-splines and planes with strips of neighbours use it.
 
     Returns
     -------
@@ -123,8 +126,18 @@ def choose_surface(
     flat: Fit | None = None
     if "plane" in kinds and (plane := fit_plane(points, normals, sigma)) is not None:
         flat = tested(plane, points, sigma, options, normals)
-        if flat.is_accepted and _is_pure_noise(flat.rms, flat.n_points, sigma):
+        if flat.is_accepted and is_pure_noise(flat.rms, flat.n_points, sigma):
             return flat
+
+    def under() -> Fit | None:
+        """The plane below strips of neighbours."""
+        if border_distance is None or "plane" not in kinds:
+            return None
+        plane = dominant_plane(points, normals, border_distance[kept], sigma)
+        if plane is None:
+            return None
+        return replace(tested(plane, points, sigma, options, normals), is_accepted=True)
+
     rejected = [] if flat is None else [flat]
     for candidate in _ranked_candidates(points, normals, sigma, options, kinds):
         surface = PRIMITIVE_FITS[candidate.kind](points, normals, sigma, candidate)
@@ -132,11 +145,15 @@ def choose_surface(
             continue
         fit = tested(surface, points, sigma, options, normals)
         if fit.is_accepted:
+            if not is_pure_noise(fit.rms, fit.n_points, sigma) and (main := under()) is not None:
+                return main
             is_needed = flat is None or not flat.is_accepted or _is_worth(fit, flat, sigma)
             return fit if is_needed or flat is None else flat
         rejected.append(fit)
     if flat is not None and flat.is_accepted:
         return flat
+    if (main := under()) is not None:
+        return main
     if "bspline" in kinds and len(points) >= MIN_FREE_FORM_POINTS:
         distance = None if border_distance is None else border_distance[kept]
         free = fit_bspline_surface(points, normals, sigma, options, border_distance=distance)
@@ -171,11 +188,11 @@ def refit(
     if not fit.is_accepted:
         return None
     # A plane that passes with more than noise left may be a gentle curve: weigh it again.
-    is_doubtful = known.kind == "plane" and not _is_pure_noise(fit.rms, fit.n_points, sigma)
+    is_doubtful = known.kind == "plane" and not is_pure_noise(fit.rms, fit.n_points, sigma)
     return None if is_doubtful else fit
 
 
-def _is_pure_noise(size: float, n_points: int, sigma: float) -> bool:
+def is_pure_noise(size: float, n_points: int, sigma: float) -> bool:
     """Whether the rms residual is within three standard errors of the noise."""
     return size**2 < sigma**2 * (1.0 + 3.0 * float(np.sqrt(2.0 / n_points)))
 
@@ -202,17 +219,6 @@ def tested(
     return Fit(surface, result.rms, result.drift, is_accepted, len(points))
 
 
-def faces_alike(normals: Array, surface_normals: Array) -> bool:
-    """Whether half the normals ``(n, 3)`` are within 40 degrees of the surface's, on one side.
-
-    Lenient, because normals near edges are poor; it rejects a plane through the
-    points of a narrow ring, whose distances alone look like noise.
-    """
-    cosines = np.einsum("ij,ij->i", normals, surface_normals)
-    side = 1.0 if cosines.sum() >= 0.0 else -1.0
-    return bool(np.median(side * cosines) > np.cos(MAX_NORMAL_ERROR))
-
-
 def explains(
     surface: Surface, points: Array, normals: Array, sigma: float, options: FitOptions
 ) -> bool:
@@ -226,64 +232,12 @@ def explains(
     return tested(surface, points[kept], sigma, options, normals[kept]).is_accepted
 
 
-def fit_jointly(
-    kinds: Sequence[str],
-    parts: Sequence[tuple[Array, Array]],
-    sigma: float,
-    options: FitOptions,
-) -> Surface | None:
-    """The simplest primitive that explains every one of several regions.
-
-    Parameters
-    ----------
-    kinds : the kinds to try, in this order; B-splines are not tried.
-    parts : points and normals ``(n, 3)`` of each region.
-    sigma : noise along the normal, spacings.
-
-    Returns
-    -------
-    The surface fitted to all regions together, if in each region alone the rms
-    residual is below ``accept_rms sigma + 3 tolerance`` and the mean residual
-    below ``0.4 sigma + tolerance``; else None.
-    """
-    sigma = max(sigma, options.sigma_floor)
-    n_each = max(options.max_points // max(len(parts), 1), 1)
-    subsets = [thinned(len(points), n_each) for points, _ in parts]
-    points = np.concatenate([p[kept] for (p, _), kept in zip(parts, subsets, strict=True)])
-    normals = np.concatenate([n[kept] for (_, n), kept in zip(parts, subsets, strict=True)])
-    rough = thinned(len(points), _N_CANDIDATE_POINTS)
-    cut = residual_limit(sigma, options)
-    limit = _CANDIDATE_SLACK * (rms_limit(sigma, options) + options.tolerance)
-    for kind in kinds:
-        if kind not in PRIMITIVE_FITS:
-            continue
-        # Most pairs are not one surface; a draft on some of the points tells.
-        draft = PRIMITIVE_FITS[kind](points[rough], normals[rough], sigma, None, True)
-        if draft is None or (rms(np.clip(draft.signed_distance(points[rough]), -cut, cut)) > limit):
-            continue
-        surface = PRIMITIVE_FITS[kind](points, normals, sigma, draft)
-        if surface is not None and all(
-            _explains_part(surface, part, sigma, options) for part, _ in parts
-        ):
-            return surface
-    return None
-
-
-def _explains_part(surface: Surface, points: Array, sigma: float, options: FitOptions) -> bool:
-    limit = residual_limit(sigma, options)
-    residuals = np.clip(surface.signed_distance(points), -limit, limit)
-    return (
-        rms(residuals) < rms_limit(sigma, options) + options.tolerance
-        and abs(float(residuals.mean())) < 0.4 * sigma + options.tolerance
-    )
-
-
 def _ranked_candidates(
     points: Array, normals: Array, sigma: float, options: FitOptions, kinds: Sequence[str]
 ) -> list[Surface]:
     """Curved primitives that nearly pass on a subset, by robust description length."""
-    kept = thinned(len(points), _N_CANDIDATE_POINTS)
-    limit = _CANDIDATE_SLACK * rms_limit(sigma, options)
+    kept = thinned(len(points), N_CANDIDATE_POINTS)
+    limit = CANDIDATE_SLACK * rms_limit(sigma, options)
     cut = residual_limit(sigma, options)
     scored: list[tuple[float, str, Surface]] = []
     pure_noise = False
@@ -300,7 +254,7 @@ def _ranked_candidates(
         residuals = surface.signed_distance(points[kept])
         size = rms(np.clip(residuals, -cut, cut))
         if size < limit:
-            pure_noise |= _is_pure_noise(size, len(kept), sigma)
+            pure_noise |= is_pure_noise(size, len(kept), sigma)
             chi_square = float(np.sum(np.minimum(np.square(residuals / sigma), _CLIP**2)))
             cost = 2.0 * _COMPLEXITY[kind] * float(np.log(len(points)))
             scored.append((chi_square + cost, kind, surface))

@@ -14,6 +14,7 @@ from crispline.surface.base import Array
 N_NEIGHBOURS = 30
 """Residuals averaged for the drift; also in the meaning of ``FitOptions.accept_drift``."""
 _N_PROBES = 1000
+_MAX_NORMAL_ERROR = np.radians(40.0)  # largest median angle between given and fitted normals
 
 
 @dataclass(frozen=True)
@@ -84,3 +85,16 @@ def judge(points: Array, residuals: Array, sigma: float, options: FitOptions) ->
         len(points), sigma, options
     )
     return ResidualTest(size, trend, is_accepted)
+
+
+def faces_alike(normals: Array, surface_normals: Array) -> bool:
+    """Whether half the normals are within 40 degrees of the surface's, on one side.
+
+    Both ``(n, 3)``; one normal ``(1, 3)`` of a plane will do.
+
+    Lenient, because normals near edges are poor; it rejects a plane through the
+    points of a narrow ring, whose distances alone look like noise.
+    """
+    cosines = np.asarray((normals * surface_normals).sum(axis=1))
+    side = 1.0 if cosines.sum() >= 0.0 else -1.0
+    return bool(np.median(side * cosines) > np.cos(_MAX_NORMAL_ERROR))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from crispline.cloud.nearest import nearest
+from crispline.cloud.thin import thin_walls
 from crispline.cloud.working import WorkingCloud
 from crispline.net.halfedge import half_edges
 from crispline.net.level_set import solid_mesh
@@ -29,6 +30,8 @@ from crispline.net.trim import Trimmed, trimmed, without_crumbs
 from crispline.options import NetOptions
 from crispline.surface.base import Array
 
+_CELL, _FINE_CELL = 1.0, 0.7  # of the indicator's grid, spacings; fine ...
+_THIN, _MAX_THIN = 3.0, 0.01  # ... if this share of the points is in walls under so many spacings
 _OVERHANG = 2.0  # how far an open surface runs on over its end before it is trimmed
 _MAX_LOCAL_SPACING = 4.0
 _UNCOVERED = 3.0  # points this far from the closed surface are not on it ...
@@ -101,7 +104,11 @@ class _Builder:
     def closed_mesh(self) -> TriangleMesh:
         """Closed triangle mesh, on the points as far as there are any."""
         areas = point_areas(self.cloud.distances)
-        indicator = poisson_indicator(self.cloud.points, self.normals, areas, threads=self.threads)
+        # Smoothed over a spacing, the two sides of a thin wall run together here and there.
+        cell = _FINE_CELL if thin_walls(self.cloud, _THIN).share > _MAX_THIN else _CELL
+        indicator = poisson_indicator(
+            self.cloud.points, self.normals, areas, cell, threads=self.threads
+        )
         return self._on_cloud(solid_mesh(indicator, self.cloud.points, areas))
 
     def leaves_gaps(self, mesh: TriangleMesh) -> bool:
@@ -124,7 +131,19 @@ class _Builder:
             if n_open == 0:
                 break
         vertices = self._project(best[0], self.options.projection_steps[1])
-        return _outward(QuadNet(vertices, best[1], notes=()))
+        return _outward(QuadNet(vertices, best[1], notes=self._lids(mesh)))
+
+    def _lids(self, mesh: TriangleMesh) -> tuple[str, ...]:
+        """That a wide gap was spanned because the user insisted."""
+        if self.options.surface != "closed":
+            return ()
+        widths = self._coverage(mesh).widths
+        if not (widths > _CLEARLY_WIDER * self.options.fill_holes).any():
+            return ()
+        return (
+            f"a gap of {widths[0]:.0f} spacings was spanned to close the surface: "
+            "no point says where it runs there",
+        )
 
     def open_net(self) -> QuadNet:
         """Quads over the points, ending where the points end."""

@@ -104,7 +104,7 @@ def plain_surface(points: Array, options: Options) -> Patches:
     """The bicubic surface over the pipeline's own net, before any feature is preserved."""
     threads = options.threads or -1
     cloud = working_cloud(points, options.cloud, threads)
-    normals, _ = oriented_normals(cloud, options.net, threads)
+    normals = oriented_normals(cloud, options.net, threads).normals
     net = quad_net(cloud, normals, options.net, threads)
     none = np.zeros((0, 2), dtype=np.int64)
     vertices = cloud.to_user.points(net.vertices)

@@ -61,7 +61,8 @@ class Claim:
     def _evaluate_patches(self, patches: NDArray[np.int64]) -> None:
         if len(patches) == 0:
             return
-        graph, sigma = self._evidence.graph, self._evidence.sigma
+        graph = self._evidence.graph
+        sigma = self._evidence.patch_noise[patches, None]
         distance = self._evidence.misfit(self._fit, patches)
         data = np.minimum(distance**2 / (2.0 * sigma**2), _MISFIT_CAP).mean(axis=1)
         directions = self._fit.surface.project(graph.points[patches])[1] * self._fit.orientation

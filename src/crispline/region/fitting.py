@@ -31,12 +31,19 @@ class LabelledCloud:
     region : label of the nearest patch, shape ``(n,)``.
     clearance : distance to the nearest region border, shape ``(n,)``, spacings; infinite
         beyond 4.
+    noise : of each point along its normal, shape ``(n,)``, spacings.
     """
 
     points: Array
     normals: Array
     region: Labels
     clearance: Array
+    noise: Array
+
+    def sigma(self, *regions: int) -> float:
+        """Noise of the points of some regions, by their median; of all if they have none."""
+        members = np.isin(self.region, regions)
+        return float(np.median(self.noise[members] if members.any() else self.noise))
 
     def samples(self, region: int, options: FitOptions) -> tuple[Array, Array, Array]:
         """Points, normals and clearances that may enter the fit of a region.
@@ -69,7 +76,11 @@ def label_cloud(
     else:
         clearance = np.full(len(evidence.points), np.inf)
     return LabelledCloud(
-        evidence.points, evidence.normals, label[evidence.patch], np.asarray(clearance)
+        evidence.points,
+        evidence.normals,
+        label[evidence.patch],
+        np.asarray(clearance),
+        evidence.noise,
     )
 
 
@@ -77,7 +88,6 @@ def fit_regions(
     labelled: LabelledCloud,
     graph: PatchGraph,
     label: Labels,
-    sigma: float,
     options: FitOptions,
     known: Mapping[int, tuple[RegionFit, int]],
 ) -> dict[int, tuple[RegionFit, int]]:
@@ -97,6 +107,7 @@ def fit_regions(
             fits[region] = known[region]
             continue
         fit = None
+        sigma = labelled.sigma(region)
         if region in known:
             fit = refit(known[region][0].surface, points, normals, sigma, options)
         if fit is None:

@@ -7,7 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from crispline.fit.bspline import fit_bspline_surface
-from crispline.fit.choose import explains, fit_jointly
+from crispline.fit.choose import explains, is_pure_noise
+from crispline.fit.dominant import dominant_plane, dominates
+from crispline.fit.jointly import fit_jointly
+from crispline.fit.residual import rms
 from crispline.fit.robust import thinned
 from crispline.fit.starts import extent
 from crispline.options import FitOptions, RegionOptions
@@ -35,7 +38,6 @@ def merge_regions(
     fits: Mapping[int, RegionFit],
     labelled: LabelledCloud,
     graph: PatchGraph,
-    sigma: float,
     options: RegionOptions,
     fit_options: FitOptions,
     refused: dict[Pair, Pair],
@@ -61,7 +63,11 @@ def merge_regions(
         if not all(len(points) for points, _, _ in parts):  # the net spans a gap in the cloud
             continue
         is_smooth = angle_deg < options.merge_deg
-        if _is_one_surface(parts, [fits[a], fits[b]], is_smooth, sigma, fit_options):
+        sigma = labelled.sigma(a, b)
+        pair = [fits[a], fits[b]]
+        if _is_one_plane(parts, pair, sigma, fit_options) or _is_one_surface(
+            parts, pair, is_smooth, sigma, fit_options
+        ):
             label[label == b] = a
             joined |= {a, b}
         else:
@@ -100,6 +106,25 @@ def gentle_borders(
         if angle_deg < max_deg:
             found.append((pair, len(group), angle_deg))
     return sorted(found, key=lambda item: (-item[1], item[0]))
+
+
+def _is_one_plane(
+    parts: list[tuple[Array, Array, Array]],
+    fits: list[RegionFit],
+    sigma: float,
+    options: FitOptions,
+) -> bool:
+    """Whether one plane lies below both regions but for strips of their neighbours.
+
+    Tried where a surface leaves more than noise; two that leave none are compared by all of
+    their points.
+    """
+    sigma = max(sigma, options.sigma_floor)
+    if all(is_pure_noise(rms(fit.residuals), max(len(fit.residuals), 1), sigma) for fit in fits):
+        return False
+    points, normals, clearance = (np.concatenate(both) for both in zip(*parts, strict=True))
+    plane = dominant_plane(points, normals, clearance, sigma)
+    return plane is not None and all(dominates(plane, *part, sigma) for part in parts)
 
 
 def _is_one_surface(

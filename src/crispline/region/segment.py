@@ -12,6 +12,7 @@ from crispline.net.halfedge import HalfEdges
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.basins import basins, consecutive
 from crispline.region.cleanup import tidy
+from crispline.region.complete import completed
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
@@ -19,11 +20,13 @@ from crispline.region.merge import merge_regions
 from crispline.region.patches import Labels
 from crispline.region.prune import prune_regions
 from crispline.region.regionfit import RegionFit
+from crispline.region.resolve import resolved
 from crispline.region.split import split_into_surfaces
 from crispline.region.swallowed import release_swallowed
 from crispline.surface.base import Array
 
 _MERGE_ROUNDS = 8
+_COMPLETIONS = 2
 
 
 @dataclass(frozen=True)
@@ -34,10 +37,12 @@ class Segmentation:
     ----------
     label : region of every patch, 0, 1, ..., shape ``(m,)``.
     fits : surface of every region.
+    explained : share of the patches whose region lies on its surface within the noise.
     """
 
     label: Labels
     fits: dict[int, RegionFit]
+    explained: float
 
 
 def segment(
@@ -51,7 +56,8 @@ def segment(
     """Basins between the sharp bands, split into surfaces, refined against the raw points.
 
     Each round fits every region, merges what one surface explains, and moves
-    the borders to where the surfaces put them.
+    the borders to where the surfaces put them. Where the first round explains
+    next to nothing, more rounds do not either: a sculpture has no faces.
 
     Parameters
     ----------
@@ -59,9 +65,9 @@ def segment(
     net_vertices, quads : the net that the patches belong to.
     is_sharp : sharp patches, shape ``(m,)``.
     """
-    graph, sigma = evidence.graph, evidence.sigma
+    graph = evidence.graph
     label = basins(graph.points, graph.normals, graph.pairs, is_sharp, graph.edge_length, options)
-    patch_sigma = options.patch_noise * sigma
+    patch_sigma = options.patch_noise * evidence.patch_noise
     label = split_into_surfaces(label, graph, is_sharp, patch_sigma, options, fit_options)
     label = tidy(label, quads, options.min_patches)
     known: dict[int, tuple[RegionFit, int]] = {}
@@ -70,22 +76,42 @@ def segment(
     def fitted(with_options: FitOptions) -> tuple[LabelledCloud, dict[int, RegionFit]]:
         nonlocal known
         labelled = label_cloud(evidence, net_vertices, quads, label)
-        known = fit_regions(labelled, graph, label, sigma, with_options, known)
+        known = fit_regions(labelled, graph, label, with_options, known)
         return labelled, {region: fit for region, (fit, _) in known.items()}
 
     # Borders settle on a part of the points; only the last fit takes them all.
     draft = replace(fit_options, max_points=options.draft_points)
+    before: dict[int, RegionFit] = {}
+    spoilt: set[int] = set()
     for round_number in range(options.rounds):
         labelled, fits = fitted(draft)
+        spoilt |= {region for region, fit in fits.items() if _is_spoilt(fit, before.get(region))}
+        apart = resolved(label, spoilt, graph, is_sharp, patch_sigma, options, draft)
+        if not np.array_equal(apart, label):
+            label = tidy(apart, quads, options.min_patches)
+            labelled, fits = fitted(draft)
         for _ in range(_MERGE_ROUNDS):
-            merged = merge_regions(label, fits, labelled, graph, sigma, options, draft, refused)
+            merged = merge_regions(label, fits, labelled, graph, options, draft, refused)
             if np.array_equal(merged, label):
                 break
             label = tidy(merged, quads, options.min_patches)
             labelled, fits = fitted(draft)
+        for _ in range(_COMPLETIONS):
+            label, grown = completed(label, fits, graph, patch_sigma, options)
+            changed = {region: (fit, 0) for region, fit in grown.items() if fit is not fits[region]}
+            if not changed:
+                break
+            label = tidy(label, quads, options.min_patches)
+            fitted(draft)
+            # Not refitted yet: the part of the points that a region has is what misled it.
+            known = {**known, **changed}
+            fits = {region: fit for region, (fit, _) in known.items()}
+        before = fits
         label = expand_regions(label, fits, evidence, options)
         label = tidy(label, quads, options.min_patches)
         _, fits = fitted(draft)
+        if explained_share(label, fits) < options.min_explained:
+            break
         if round_number > 0:
             label = prune_regions(label, fits, evidence, options)
         if round_number < options.rounds - 1:
@@ -97,8 +123,22 @@ def segment(
     _, fits = fitted(fit_options)
     names = np.unique(label)
     return Segmentation(
-        consecutive(label), {int(np.searchsorted(names, r)): fit for r, fit in fits.items()}
+        consecutive(label),
+        {int(np.searchsorted(names, r)): fit for r, fit in fits.items()},
+        explained_share(label, fits),
     )
+
+
+def explained_share(label: Labels, fits: Mapping[int, RegionFit]) -> float:
+    """Share of the patches whose region's points lie on its surface but for the noise."""
+    accepted = [region for region, fit in fits.items() if fit.is_accepted]
+    return float(np.isin(label, accepted).mean())
+
+
+def _is_spoilt(fit: RegionFit, before: RegionFit | None) -> bool:
+    """Whether a region was a primitive until its borders moved."""
+    was_primitive = before is not None and before.surface.kind != "bspline"
+    return was_primitive and fit.surface.kind == "bspline"
 
 
 def _unexplained(label: Labels, fits: Mapping[int, RegionFit]) -> list[int]:

@@ -26,13 +26,16 @@ _N_FIT = 250
 _GROWN_KINDS = ("plane", "cylinder", "cone", "sphere")  # tori come out of what is left
 _GROWTH_STEPS = 6
 _INNER_SHARE = 0.4
+_REACH = 3.0  # patches as many sigmas from a primitive are its own
+_CLEARLY_MORE = 1.05
+_FLAT_SHARE = 0.75  # of a curved surface's worth that makes a plane the better explanation
 
 
 def split_into_surfaces(
     label: Labels,
     graph: PatchGraph,
     is_sharp: NDArray[np.bool_],
-    sigma: float,
+    noise: Array,
     options: RegionOptions,
     fit_options: FitOptions,
     only: Collection[int] | None = None,
@@ -46,7 +49,7 @@ def split_into_surfaces(
 
     Parameters
     ----------
-    sigma : noise of the patch centres, spacings (smaller than that of the points).
+    noise : of the patch centres (smaller than that of the points), shape ``(m,)``, spacings.
     only : regions to look at; the others stay whole.
     """
     near_crease = graph.rings(is_sharp, 1)
@@ -54,6 +57,7 @@ def split_into_surfaces(
     fresh = int(label.max()) + 1
     for region in np.unique(label).tolist() if only is None else sorted(only):
         members = np.flatnonzero(label == region)
+        sigma = float(np.median(noise[members]))
         inner = _inner(members, near_crease, is_sharp, options.min_patches)
         if len(inner) < options.min_patches or _is_one_primitive(inner, graph, sigma, fit_options):
             continue
@@ -125,11 +129,22 @@ def _grown_primitives(
             return [members[part] for part in parts]
         start = _ball(local, free, seed, options.seed_patches)
         best: NDArray[np.int64] | None = None
+        most, is_bent = 0.0, False
         if len(start) >= options.min_patches:
             for kind in _GROWN_KINDS:
-                grown = _grow(kind, start, points, normals, local, free, sigma, options)
-                if grown is not None and (best is None or len(grown) > 1.05 * len(best)):
-                    best = grown
+                found = _grow(kind, start, points, normals, local, free, sigma, options)
+                if found is not None and found[1] > _CLEARLY_MORE * most:
+                    best, most = found
+                    is_bent = kind != "plane"
+        if best is not None and is_bent:
+            # The middle of two planes is their edge: what is seeded there spans both. Pieces
+            # of one surface join again later, two surfaces in one never part.
+            for aside in _quarters(points, best):
+                around = _ball(local, free, aside, options.seed_patches)
+                found = _grow("plane", around, points, normals, local, free, sigma, options)
+                if found is not None and found[1] > _FLAT_SHARE * most:
+                    best = found[0]
+                    break
         if best is None or len(best) < options.min_free_patches:
             may_seed[start] = False
             may_seed[seed] = False
@@ -150,6 +165,15 @@ def _clearest(local: csr_array, free: NDArray[np.bool_], may_seed: NDArray[np.bo
     return int(np.argmax(np.where(may_seed, clearance, -1.0)))
 
 
+def _quarters(points: Array, members: NDArray[np.int64]) -> list[int]:
+    """The member in the middle of each quarter of a region, cut across its principal axes."""
+    centred = points[members] - points[members].mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    side = (centred @ axes[:2].T > 0.0) @ [1, 2]
+    middles = [centred[side == k].mean(axis=0) for k in np.unique(side)]
+    return [int(members[np.argmin(np.linalg.norm(centred - m, axis=1))]) for m in middles]
+
+
 def _ball(local: csr_array, free: NDArray[np.bool_], seed: int, size: int) -> NDArray[np.int64]:
     """The ``size`` free patches that are nearest to the seed over sides."""
     ids = np.flatnonzero(free)
@@ -168,27 +192,34 @@ def _grow(
     free: NDArray[np.bool_],
     sigma: float,
     options: RegionOptions,
-) -> NDArray[np.int64] | None:
-    """Patches connected to the seed that a primitive, refitted as it grows, explains."""
+) -> tuple[NDArray[np.int64], float] | None:
+    """Patches connected to the seed near a primitive, refitted as it grows, and their worth.
+
+    A patch counts the less the farther it lies from the primitive: a wide cylinder spans
+    two planes that meet at a few degrees, and has more patches than either, but not on it
+    (MSAC: Torr and Zisserman 2000).
+    """
     current = start
     surface: Surface | None = None
+    worth = 0.0
     for _ in range(_GROWTH_STEPS):
         sample = current[thinned(len(current), _N_FIT)]
         surface = PRIMITIVE_FITS[kind](points[sample], normals[sample], sigma, None, True)
         if surface is None:
             return None
         feet, directions = surface.project(points)
-        residual = np.einsum("ij,ij->i", points - feet, directions)
+        residual = np.einsum("ij,ij->i", points - feet, directions) / (_REACH * sigma)
         turn = np.einsum("ij,ij->i", normals, directions)
         turn *= np.sign(turn[start].sum()) or 1.0
-        close = free & (np.abs(residual) < 3.0 * sigma)
+        close = free & (np.abs(residual) < 1.0)
         close &= turn > np.cos(np.radians(options.grow_deg))
         if close[start].mean() < 0.8:
             return None
         piece = components(local, close)
         names, votes = np.unique(piece[start[close[start]]], return_counts=True)
         grown = np.flatnonzero(close & (piece == names[np.argmax(votes)]))
+        worth = float(np.sum(1.0 - np.square(residual[grown])))
         if len(grown) <= 1.02 * len(current):
-            return grown
+            return grown, worth
         current = grown
-    return current
+    return current, worth

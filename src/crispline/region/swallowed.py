@@ -33,7 +33,7 @@ def release_swallowed(
         near = np.flatnonzero(graph.rings(label == region, _RINGS))
         # Point by point: on a crease each point has a surface, but no surface has them all.
         distance[near] = np.minimum(distance[near], evidence.misfit(fit, near))
-    limit = options.swallowed_sigmas * max(evidence.sigma, options.swallowed_floor)
+    limit = options.swallowed_sigmas * np.maximum(evidence.patch_noise, options.swallowed_floor)
     lost = np.median(distance, axis=1) > limit
     beside = graph.adjacency @ lost.astype(np.float64)
     lost |= beside >= 3.0

@@ -21,6 +21,7 @@ from crispline.surface.base import Array, unit
 
 _DIFFERENCE = 0.05
 _MIN_RATE = 2e-3
+_LOOSE = 0.25  # share of the rate along most of a border below which it says nothing
 _MAX_BRANCH_GAP = 0.05
 _CONVERGED = 1e-3
 _MAX_BRANCH_ANGLE = np.radians(30.0)
@@ -42,19 +43,30 @@ class Contact:
     sign : +1 if their own normals agree at the contact, -1 if they are opposed.
     is_steepest : whether to take the eigenvector of the larger eigenvalue (at a
         tangent join, the direction across) or the other one.
+    min_rate : eigenvalues below this are negligible, 1 / spacing.
     """
 
     first: Surface
     second: Surface
     sign: int
     is_steepest: bool = True
+    min_rate: float = _MIN_RATE
+
+    def told_along(self, points: Array) -> Contact:
+        """The same, negligible where it is far looser than at most of some points ``(n, 3)``.
+
+        A cylinder and a torus that go on from it curve alike at the top of the round: there
+        the least error of their normals moves the contact anywhere.
+        """
+        rates = np.abs(self.rates(points)[1][:, 1])
+        return replace(self, min_rate=max(_MIN_RATE, _LOOSE * float(np.quantile(rates, 0.9))))
 
     def project(self, points: Array) -> tuple[Array, Array]:
         """Nearest points of the sheet, to first order, and its unit normals, ``(n, 3)``."""
         tilt, rates, directions = self.rates(points)
         choice = 1 if self.is_steepest else 0
         rate, across = rates[:, choice], directions[:, choice]
-        is_known = np.abs(rate) > _MIN_RATE
+        is_known = np.abs(rate) > self.min_rate
         component = np.einsum("ni,ni->n", tilt, across)
         offset = np.where(is_known, -component / np.where(is_known, rate, 1.0), 0.0)
         return points + offset[:, None] * across, across * is_known[:, None]

@@ -120,7 +120,7 @@ def touching_border(
     at = points if close.mean() > 0.5 else guide.points
     if np.degrees(np.median(angles(at, surfaces, orientations))) >= options.smooth_angle_deg:
         return None
-    contact = Contact(surfaces[0], surfaces[1], orientations[0] * orientations[1])
+    contact = Contact(surfaces[0], surfaces[1], orientations[0] * orientations[1]).told_along(at)
     return Border(guide, surfaces, orientations, (*surfaces, contact))
 
 

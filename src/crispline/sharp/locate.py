@@ -34,6 +34,8 @@ from crispline.sharp.trace import guide_along
 from crispline.surface.base import Array, Similarity
 
 _MAX_THINNING = 4.0
+_OPPOSITE = np.radians(120.0)  # sides of a wall that face away from each other so much ...
+_LOST_GAP = 0.5  # ... and stay this far from their border, in spacings, have a face between them
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def locate(
         search.crease(chain, border, corners)
         for chain, border in zip(topology.chains, borders, strict=True)
     ]
-    doubts += _doubts(topology, corners, creases)
+    doubts += _doubts(topology, corners, borders, creases)
     model = _model(topology, regions, corners, borders, creases, options)
     return Located(model, topology, tuple(doubts))
 
@@ -175,17 +177,28 @@ def _thinning(cloud: cKDTree) -> float:
 
 
 def _doubts(
-    topology: Topology, corners: Mapping[int, Corner], creases: Sequence[Crease]
+    topology: Topology,
+    corners: Mapping[int, Corner],
+    borders: Sequence[Border],
+    creases: Sequence[Crease],
 ) -> list[Doubt]:
     """One for every border and corner that the surfaces do not determine."""
     doubts = []
-    for chain, crease in zip(topology.chains, creases, strict=True):
-        if crease.is_fallback:
+    for chain, border, crease in zip(topology.chains, borders, creases, strict=True):
+        if not crease.is_fallback:
+            continue
+        place = crease.curve.samples(3)[1]
+        if border.angle(crease.curve.samples(N_SAMPLES)) > _OPPOSITE and crease.gap > _LOST_GAP:
+            text = (
+                f"a face between regions {_names([chain])} near {{place}} is lost, as it is only "
+                f"{2.0 * crease.gap:.2g} spacings wide: scan it more densely"
+            )
+        else:
             text = (
                 f"the surfaces of regions {_names([chain])} have no common curve near {{place}}: "
                 f"their border is smoothed, with a gap of {crease.gap:.2g} spacings"
             )
-            doubts.append(Doubt(text, crease.curve.samples(3)[1]))
+        doubts.append(Doubt(text, place))
     for vertex, corner in corners.items():
         if corner.is_fallback:
             around = [topology.chains[index] for index in chains_at(topology, vertex)]

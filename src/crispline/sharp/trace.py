@@ -164,8 +164,11 @@ def _projected(
     good = close & (gap <= max_gap)
     if good.sum() < 2:
         return None
-    points = points[good]
-    heading, _ = tangents(points, constraints)
+    heading, strength = tangents(points, constraints)
+    is_told = good & (strength > _MAX_STRENGTHLESS)
+    if len(constraints) > 2 and is_told.sum() >= 2:  # a contact may say nothing in places
+        good = is_told
+    points, heading = points[good], heading[good]
     along = np.einsum("ij,ij->i", heading, guide.directions()[good])
     ordered = forward(points, np.where(along < 0.0, -1.0, 1.0)[:, None] * heading, ends)
     if len(ordered) < 2 + guide.is_closed:

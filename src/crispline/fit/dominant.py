@@ -1,0 +1,82 @@
+"""The plane under a region whose rim holds strips of its neighbours.
+
+While borders still run beside the true ones, a narrow face comes in pieces, each with some
+points of what is beside it. Curved surfaces explain such mixtures halfway; the plane
+that all but the rim lies on explains the face, and lets the borders move to where they belong.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crispline.fit.plane import fit_plane
+from crispline.fit.residual import faces_alike
+from crispline.surface import Plane
+from crispline.surface.base import Array
+
+MIN_SHARE = 0.75
+"""Share of a region's points that must lie on the plane."""
+
+_CORE_SHARE = 0.3
+_MIN_CORE = 20
+_ITERATIONS = 4
+_CUT = 2.5
+_SPREAD = 0.955  # standard deviation of a unit normal distribution cut off there
+_EXCESS = 1.15
+_MIN_LEAN = np.radians(20.0)
+
+
+def dominant_plane(points: Array, normals: Array, clearance: Array, sigma: float) -> Plane | None:
+    """The plane that the points well inside a region, and most others, lie on.
+
+    Parameters
+    ----------
+    points, normals : shape ``(n, 3)``, spacings; normals outward.
+    clearance : distance of each point from the region's border, shape ``(n,)``, spacings.
+    sigma : noise along the normal, spacings.
+
+    Returns
+    -------
+    The plane; None unless it dominates the points, see :func:`dominates`.
+    """
+    if len(points) < _MIN_CORE:
+        return None
+    n_core = max(round(_CORE_SHARE * len(points)), _MIN_CORE)
+    kept = np.zeros(len(points), dtype=bool)
+    kept[np.argsort(-clearance, kind="stable")[:n_core]] = True
+    plane: Plane | None = None
+    for _ in range(_ITERATIONS):
+        plane = fit_plane(points[kept], normals[kept], sigma)
+        if plane is None:
+            return None
+        kept = _lies_on(plane, points, sigma)
+        if kept.mean() < MIN_SHARE:
+            return None
+    is_found = plane is not None and dominates(plane, points, normals, clearance, sigma)
+    return plane if is_found else None
+
+
+def dominates(plane: Plane, points: Array, normals: Array, clearance: Array, sigma: float) -> bool:
+    """Whether a plane explains a region but for strips along its border.
+
+    Three quarters of the points lie within 2.5 sigma and scatter there as noise does; the
+    others lie nearer to the border and face elsewhere, by 20 degrees and more: a face that
+    curves away from the plane gently is another surface, not a plane and its neighbours.
+    """
+    kept = _lies_on(plane, points, sigma)
+    if kept.mean() < MIN_SHARE or not faces_alike(normals, plane.normal[None]):
+        return False
+    residuals = plane.signed_distance(points[kept])
+    limit = _SPREAD * (_EXCESS + 1.0 / np.sqrt(len(residuals))) * sigma
+    if np.sqrt(np.mean(residuals**2)) > limit:
+        return False
+    if kept.all():
+        return True
+    is_outside = np.median(clearance[~kept]) < np.median(clearance[kept])
+    cosines = np.abs(normals[~kept] @ plane.normal)
+    return bool(is_outside and np.median(cosines) < np.cos(_MIN_LEAN))
+
+
+def _lies_on(plane: Plane, points: Array, sigma: float) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(plane.signed_distance(points)) < _CUT * sigma)

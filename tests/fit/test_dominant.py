@@ -1,0 +1,74 @@
+"""Planes under strips of their neighbours."""
+
+import numpy as np
+import pytest
+
+from crispline.fit.choose import choose_surface
+from crispline.fit.dominant import dominant_plane, dominates
+from crispline.options import FitOptions
+
+SIGMA = 0.3
+
+
+def strip(seed, n=600, lean_deg=60.0, foreign=0.18):
+    """A strip 8 wide; beyond ``|y| = 4 (1 - foreign)`` it leans down as another face does."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(-15.0, 15.0, n), rng.uniform(-4.0, 4.0, n)
+    edge = 4.0 * (1.0 - foreign)
+    beyond = np.maximum(np.abs(y) - edge, 0.0)
+    lean = np.radians(lean_deg)
+    z = -beyond * np.tan(lean)
+    normals = np.tile([0.0, 0.0, 1.0], (n, 1))
+    out = beyond > 0.0
+    normals[out] = np.column_stack(
+        [0.0 * y[out], np.sign(y[out]) * np.sin(lean), np.full(out.sum(), np.cos(lean))]
+    )
+    points = np.column_stack([x, y, z]) + SIGMA * rng.normal(size=(n, 1)) * normals
+    return points, normals, 4.0 - np.abs(y)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_plane_below_strips_of_two_neighbours_is_found(seed):
+    plane = dominant_plane(*strip(seed), SIGMA)
+    assert plane is not None
+    assert np.degrees(np.arccos(plane.normal[2])) < 2.0
+    assert abs(plane.signed_distance(np.zeros((1, 3)))[0]) < 0.15
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_region_of_such_points_is_that_plane(seed):
+    points, normals, clearance = strip(seed)
+    fit = choose_surface(points, normals, SIGMA, FitOptions(), border_distance=clearance)
+    assert fit.surface.kind == "plane"
+    assert fit.is_accepted
+    assert np.degrees(np.arccos(fit.surface.normal[2])) < 2.0
+
+
+def test_a_cylinder_is_no_plane_with_strips():
+    rng = np.random.default_rng(0)
+    for radius in (6.0, 10.0, 20.0, 40.0):
+        angle = rng.uniform(-5.0, 5.0, 400) / radius
+        normals = np.column_stack([0.0 * angle, np.sin(angle), np.cos(angle)])
+        points = (radius + SIGMA * rng.normal(size=(400, 1))) * normals
+        points[:, 0] = rng.uniform(-15.0, 15.0, 400)
+        clearance = 5.0 - np.abs(radius * angle)
+        assert dominant_plane(points, normals, clearance, SIGMA) is None
+
+
+def test_two_planes_at_a_small_angle_are_not_one_with_a_strip():
+    assert dominant_plane(*strip(0, lean_deg=12.0, foreign=0.5), SIGMA) is None
+
+
+def test_foreign_points_in_the_middle_speak_against_it():
+    points, normals, clearance = strip(1)
+    plane = dominant_plane(points, normals, clearance, SIGMA)
+    assert plane is not None
+    assert dominates(plane, points, normals, clearance, SIGMA)
+    assert not dominates(plane, points, normals, 4.0 - clearance, SIGMA)
+
+
+def test_too_few_points_or_points_on_a_line_have_none():
+    points, normals, clearance = strip(2, n=15)
+    assert dominant_plane(points, normals, clearance, SIGMA) is None
+    line = np.column_stack([np.arange(40.0), np.zeros(40), np.zeros(40)])
+    assert dominant_plane(line, np.tile([0.0, 0, 1], (40, 1)), np.ones(40), SIGMA) is None
