@@ -77,7 +77,9 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     )
     watch.stage("edges", 0.8)
     topology = border_topology(quads, regions.label)
-    fits = adjusted(topology, net.vertices, regions.fits, sigma, options.fit, options.locate)
+    fits = regions.fits
+    if regions.has_faces:
+        fits = adjusted(topology, net.vertices, fits, sigma, options.fit, options.locate)
     fits = blended(topology, net.vertices, fits, sigma, options.fit, options.locate)
     located = locate(topology, net.vertices, fits, cloud.tree, sigma, options.locate)
     smooth = settled(net, regions.label, fits, options.locate.settle_move)
@@ -114,6 +116,6 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         cloud.to_user,
         raw[stray < 0],
         options.locate.preserve_move,
-        regions.explained >= options.region.min_explained,
+        regions.has_faces,
     )
     return Features(ladder, result, opening)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from crispline.fit.choose import PRIMITIVE_FITS, PrimitiveFit
+from crispline.fit.residual import rms
 from crispline.fit.robust import thinned
 from crispline.net.graph import components
 from crispline.options import RegionOptions
@@ -24,6 +25,7 @@ _GROWTH_STEPS = 8
 _GROWN = 1.02  # growth below this has come to rest
 _KEPT = 0.7  # share of the region's patches that the richer surface must explain
 _FARTHER = 1.25  # patches that it must explain, over those that the region's surface does
+_WORSE = 1.06  # residuals of the region's own points on it, over those that they have now
 _REACH = 2  # in expansion reaches
 _MIN_TURN = np.radians(30.0)  # of the normals, to either side: less may be a piece of a free form
 
@@ -75,6 +77,8 @@ def completed(
         if place.turn(support) < _MIN_TURN:
             continue
         residuals = surface.signed_distance(fit.points)
+        if rms(residuals) > _WORSE * rms(fit.residuals):
+            continue  # it bends over an edge to what lies beyond
         found[region] = replace(fit, surface=surface, residuals=residuals, is_accepted=True)
         taken = near[support]
         label[taken[np.isin(label[taken], free_forms)]] = region

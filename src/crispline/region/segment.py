@@ -37,12 +37,12 @@ class Segmentation:
     ----------
     label : region of every patch, 0, 1, ..., shape ``(m,)``.
     fits : surface of every region.
-    explained : share of the patches whose region lies on its surface within the noise.
+    has_faces : whether the regions are faces of the part, see :func:`finds_faces`.
     """
 
     label: Labels
     fits: dict[int, RegionFit]
-    explained: float
+    has_faces: bool
 
 
 def segment(
@@ -56,8 +56,8 @@ def segment(
     """Basins between the sharp bands, split into surfaces, refined against the raw points.
 
     Each round fits every region, merges what one surface explains, and moves
-    the borders to where the surfaces put them. Where the first round explains
-    next to nothing, more rounds do not either: a sculpture has no faces.
+    the borders to where the surfaces put them. Where the first round finds no faces,
+    more rounds do not either.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def segment(
         label = expand_regions(label, fits, evidence, options)
         label = tidy(label, quads, options.min_patches)
         _, fits = fitted(draft)
-        if explained_share(label, fits) < options.min_explained:
+        if not finds_faces(label, fits, options):
             break
         if round_number > 0:
             label = prune_regions(label, fits, evidence, options)
@@ -125,14 +125,25 @@ def segment(
     return Segmentation(
         consecutive(label),
         {int(np.searchsorted(names, r)): fit for r, fit in fits.items()},
-        explained_share(label, fits),
+        finds_faces(label, fits, options),
     )
 
 
-def explained_share(label: Labels, fits: Mapping[int, RegionFit]) -> float:
-    """Share of the patches whose region's points lie on its surface but for the noise."""
+def finds_faces(label: Labels, fits: Mapping[int, RegionFit], options: RegionOptions) -> bool:
+    """Whether surfaces explain enough of the net, and not by crumbs.
+
+    Spheres, cones and tori small enough explain any smooth surface piece by piece: a
+    sculpture is not made of these.
+    """
+    size = np.bincount(label, minlength=max(fits) + 1)
     accepted = [region for region, fit in fits.items() if fit.is_accepted]
-    return float(np.isin(label, accepted).mean())
+    crumbs = [
+        region
+        for region in accepted
+        if size[region] < options.crumb_patches and fits[region].surface.kind != "plane"
+    ]
+    is_crumbled = len(crumbs) >= options.many_crumbs and 2 * size[crumbs].sum() > len(label)
+    return bool(size[accepted].sum() >= options.min_explained * len(label) and not is_crumbled)
 
 
 def _is_spoilt(fit: RegionFit, before: RegionFit | None) -> bool:

@@ -28,7 +28,7 @@ _GROWTH_STEPS = 6
 _INNER_SHARE = 0.4
 _REACH = 3.0  # patches as many sigmas from a primitive are its own
 _CLEARLY_MORE = 1.05
-_FLAT_SHARE = 0.75  # of a curved surface's worth that makes a plane the better explanation
+_SHARED = 0.3  # planes that share more patches are one
 
 
 def split_into_surfaces(
@@ -137,14 +137,9 @@ def _grown_primitives(
                     best, most = found
                     is_bent = kind != "plane"
         if best is not None and is_bent:
-            # The middle of two planes is their edge: what is seeded there spans both. Pieces
-            # of one surface join again later, two surfaces in one never part.
-            for aside in _quarters(points, best):
-                around = _ball(local, free, aside, options.seed_patches)
-                found = _grow("plane", around, points, normals, local, free, sigma, options)
-                if found is not None and found[1] > _FLAT_SHARE * most:
-                    best = found[0]
-                    break
+            # The middle of two planes is their edge: what is seeded there spans both.
+            flat, worth = _two_planes(best, points, normals, local, free, sigma, options)
+            best = flat if worth > _CLEARLY_MORE * most else best
         if best is None or len(best) < options.min_free_patches:
             may_seed[start] = False
             may_seed[seed] = False
@@ -163,6 +158,30 @@ def _clearest(local: csr_array, free: NDArray[np.bool_], may_seed: NDArray[np.bo
         return int(np.flatnonzero(may_seed)[0])
     clearance = np.asarray(dijkstra(local, indices=border, min_only=True, unweighted=True))
     return int(np.argmax(np.where(may_seed, clearance, -1.0)))
+
+
+def _two_planes(
+    bent: NDArray[np.int64],
+    points: Array,
+    normals: Array,
+    local: csr_array,
+    free: NDArray[np.bool_],
+    sigma: float,
+    options: RegionOptions,
+) -> tuple[NDArray[np.int64] | None, float]:
+    """The better of two planes seeded aside of the middle of a curved surface, and their worth."""
+    planes = []
+    for aside in _quarters(points, bent):
+        start = _ball(local, free, aside, options.seed_patches)
+        found = _grow("plane", start, points, normals, local, free, sigma, options)
+        if found is not None:
+            planes.append(found)
+    planes.sort(key=lambda found: -found[1])
+    for patches, worth in planes[1:]:
+        shared = np.isin(patches, planes[0][0]).mean()
+        if shared < _SHARED:
+            return planes[0][0], planes[0][1] + (1.0 - float(shared)) * worth
+    return planes[0] if planes else (None, 0.0)
 
 
 def _quarters(points: Array, members: NDArray[np.int64]) -> list[int]:
