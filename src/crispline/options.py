@@ -110,8 +110,8 @@ class RegionOptions:
     """If surfaces explain less than this share of the scan after a round, it has no faces to be
     found: there are no more rounds, and bicubic patches are tried before trimmed faces."""
     crumb_patches: int = 150
-    """Curved regions smaller than this are crumbs. If they hold half of the scan, and there are
-    at least ``many_crumbs``, they are pieces of a free form and no faces either."""
+    """Curved regions smaller than this are crumbs. If they hold half of the scan in the end, and
+    there are at least ``many_crumbs``, patches are tried first as well."""
     many_crumbs: int = 40
     rounds: int = 3
     """Rounds of fitting, merging and optimising the borders."""

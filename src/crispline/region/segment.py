@@ -56,8 +56,8 @@ def segment(
     """Basins between the sharp bands, split into surfaces, refined against the raw points.
 
     Each round fits every region, merges what one surface explains, and moves
-    the borders to where the surfaces put them. Where the first round finds no faces,
-    more rounds do not either.
+    the borders to where the surfaces put them. Where the first round explains
+    next to nothing, more rounds do not either: a sculpture has no faces.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def segment(
         label = expand_regions(label, fits, evidence, options)
         label = tidy(label, quads, options.min_patches)
         _, fits = fitted(draft)
-        if not finds_faces(label, fits, options):
+        if explained_share(label, fits) < options.min_explained:
             break
         if round_number > 0:
             label = prune_regions(label, fits, evidence, options)
@@ -129,6 +129,12 @@ def segment(
     )
 
 
+def explained_share(label: Labels, fits: Mapping[int, RegionFit]) -> float:
+    """Share of the patches whose region's points lie on its surface but for the noise."""
+    accepted = [region for region, fit in fits.items() if fit.is_accepted]
+    return float(np.isin(label, accepted).mean())
+
+
 def finds_faces(label: Labels, fits: Mapping[int, RegionFit], options: RegionOptions) -> bool:
     """Whether surfaces explain enough of the net, and not by crumbs.
 
@@ -136,14 +142,13 @@ def finds_faces(label: Labels, fits: Mapping[int, RegionFit], options: RegionOpt
     sculpture is not made of these.
     """
     size = np.bincount(label, minlength=max(fits) + 1)
-    accepted = [region for region, fit in fits.items() if fit.is_accepted]
     crumbs = [
         region
-        for region in accepted
-        if size[region] < options.crumb_patches and fits[region].surface.kind != "plane"
+        for region, fit in fits.items()
+        if size[region] < options.crumb_patches and fit.surface.kind != "plane"
     ]
     is_crumbled = len(crumbs) >= options.many_crumbs and 2 * size[crumbs].sum() > len(label)
-    return bool(size[accepted].sum() >= options.min_explained * len(label) and not is_crumbled)
+    return bool(explained_share(label, fits) >= options.min_explained and not is_crumbled)
 
 
 def _is_spoilt(fit: RegionFit, before: RegionFit | None) -> bool:
