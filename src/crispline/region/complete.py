@@ -25,7 +25,7 @@ _GROWTH_STEPS = 8
 _GROWN = 1.02  # growth below this has come to rest
 _KEPT = 0.7  # share of the region's patches that the richer surface must explain
 _FARTHER = 1.25  # patches that it must explain, over those that the region's surface does
-_WORSE = 1.06  # residuals of the region's own points on it, over those that they have now
+_STANDARD_ERRORS = 2.0  # by which it may explain the region's own points worse than now
 _REACH = 2  # in expansion reaches
 _MIN_TURN = np.radians(30.0)  # of the normals, to either side: less may be a piece of a free form
 
@@ -77,7 +77,8 @@ def completed(
         if place.turn(support) < _MIN_TURN:
             continue
         residuals = surface.signed_distance(fit.points)
-        if rms(residuals) > _WORSE * rms(fit.residuals):
+        slack = 1.0 + _STANDARD_ERRORS * float(np.sqrt(2.0 / max(len(residuals), 1)))
+        if rms(residuals) ** 2 > slack * rms(fit.residuals) ** 2:
             continue  # it bends over an edge to what lies beyond
         found[region] = replace(fit, surface=surface, residuals=residuals, is_accepted=True)
         taken = near[support]
