@@ -113,6 +113,7 @@ class RegionOptions:
     """Curved regions smaller than this are crumbs. If they hold half of the scan in the end, and
     there are at least ``many_crumbs``, patches are tried first as well."""
     many_crumbs: int = 40
+    """Fewer crumbs than this are rounds and bosses of a part that has faces."""
     rounds: int = 3
     """Rounds of fitting, merging and optimising the borders."""
 
