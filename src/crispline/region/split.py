@@ -18,15 +18,14 @@ from crispline.fit.robust import thinned
 from crispline.net.graph import components
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.basins import grow_into_gaps
+from crispline.region.grow import N_FIT, Ground
 from crispline.region.patches import Labels, PatchGraph
-from crispline.surface import Surface
 from crispline.surface.base import Array
 
-_N_FIT = 250
 _GROWN_KINDS = ("plane", "cylinder", "cone", "sphere")  # tori come out of what is left
 _GROWTH_STEPS = 6
+_KEPT = 0.8  # share of its seeds that a primitive must explain
 _INNER_SHARE = 0.4
-_REACH = 3.0  # patches as many sigmas from a primitive are its own
 _CLEARLY_MORE = 1.05
 _SHARED = 0.3  # planes that share more patches are one
 
@@ -103,7 +102,7 @@ def _inner(
 def _is_one_primitive(
     inner: NDArray[np.int64], graph: PatchGraph, sigma: float, options: FitOptions
 ) -> bool:
-    sample = inner[thinned(len(inner), 2 * _N_FIT)]
+    sample = inner[thinned(len(inner), 2 * N_FIT)]
     fit = choose_surface(
         graph.points[sample], graph.normals[sample], sigma, options, tuple(PRIMITIVE_FITS)
     )
@@ -118,38 +117,46 @@ def _grown_primitives(
     options: RegionOptions,
 ) -> list[NDArray[np.int64]]:
     """Patches of the primitives found by growing seeds within ``members``, largest seeds first."""
-    local = csr_array(graph.adjacency[members][:, members])
-    points, normals = graph.points[members], graph.normals[members]
-    free = np.ones(len(members), dtype=bool)
+    ground = Ground(
+        graph.points[members],
+        graph.normals[members],
+        csr_array(graph.adjacency[members][:, members]),
+        np.ones(len(members), dtype=bool),
+        sigma,
+        float(np.cos(np.radians(options.grow_deg))),
+        _KEPT,
+        _GROWTH_STEPS,
+    )
     may_seed = np.isin(members, inner)
     parts: list[NDArray[np.int64]] = []
     while True:
-        seed = _clearest(local, free, may_seed & free)
+        seed = _clearest(ground, may_seed & ground.is_free)
         if seed is None:
             return [members[part] for part in parts]
-        start = _ball(local, free, seed, options.seed_patches)
+        start = _ball(ground, seed, options.seed_patches)
         best: NDArray[np.int64] | None = None
         most, is_bent = 0.0, False
         if len(start) >= options.min_patches:
             for kind in _GROWN_KINDS:
-                found = _grow(kind, start, points, normals, local, free, sigma, options)
-                if found is not None and found[1] > _CLEARLY_MORE * most:
-                    best, most = found
+                found = ground.grown(PRIMITIVE_FITS[kind], start)
+                if found is not None and found.worth > _CLEARLY_MORE * most:
+                    best, most = found.patches, found.worth
                     is_bent = kind != "plane"
         if best is not None and is_bent:
             # The middle of two planes is their edge: what is seeded there spans both.
-            flat, worth = _two_planes(best, points, normals, local, free, sigma, options)
+            flat, worth = _two_planes(best, ground, options.seed_patches)
             best = flat if worth > _CLEARLY_MORE * most else best
         if best is None or len(best) < options.min_free_patches:
             may_seed[start] = False
             may_seed[seed] = False
             continue
         parts.append(best)
-        free[best] = False
+        ground = ground.without(best)
 
 
-def _clearest(local: csr_array, free: NDArray[np.bool_], may_seed: NDArray[np.bool_]) -> int | None:
+def _clearest(ground: Ground, may_seed: NDArray[np.bool_]) -> int | None:
     """The seed patch farthest from everything taken; None if no patch may seed."""
+    local, free = ground.adjacency, ground.is_free
     if not may_seed.any():
         return None
     degree = np.asarray(local @ free.astype(np.float64))
@@ -161,27 +168,17 @@ def _clearest(local: csr_array, free: NDArray[np.bool_], may_seed: NDArray[np.bo
 
 
 def _two_planes(
-    bent: NDArray[np.int64],
-    points: Array,
-    normals: Array,
-    local: csr_array,
-    free: NDArray[np.bool_],
-    sigma: float,
-    options: RegionOptions,
+    bent: NDArray[np.int64], ground: Ground, n_seeds: int
 ) -> tuple[NDArray[np.int64] | None, float]:
     """The better of two planes seeded aside of the middle of a curved surface, and their worth."""
-    planes = []
-    for aside in _quarters(points, bent):
-        start = _ball(local, free, aside, options.seed_patches)
-        found = _grow("plane", start, points, normals, local, free, sigma, options)
-        if found is not None:
-            planes.append(found)
-    planes.sort(key=lambda found: -found[1])
-    for patches, worth in planes[1:]:
-        shared = np.isin(patches, planes[0][0]).mean()
+    starts = [_ball(ground, aside, n_seeds) for aside in _quarters(ground.points, bent)]
+    grown = [ground.grown(PRIMITIVE_FITS["plane"], start) for start in starts]
+    planes = sorted((found for found in grown if found is not None), key=lambda found: -found.worth)
+    for other in planes[1:]:
+        shared = float(np.isin(other.patches, planes[0].patches).mean())
         if shared < _SHARED:
-            return planes[0][0], planes[0][1] + (1.0 - float(shared)) * worth
-    return planes[0] if planes else (None, 0.0)
+            return planes[0].patches, planes[0].worth + (1.0 - shared) * other.worth
+    return (planes[0].patches, planes[0].worth) if planes else (None, 0.0)
 
 
 def _quarters(points: Array, members: NDArray[np.int64]) -> list[int]:
@@ -193,52 +190,10 @@ def _quarters(points: Array, members: NDArray[np.int64]) -> list[int]:
     return [int(members[np.argmin(np.linalg.norm(centred - m, axis=1))]) for m in middles]
 
 
-def _ball(local: csr_array, free: NDArray[np.bool_], seed: int, size: int) -> NDArray[np.int64]:
+def _ball(ground: Ground, seed: int, size: int) -> NDArray[np.int64]:
     """The ``size`` free patches that are nearest to the seed over sides."""
-    ids = np.flatnonzero(free)
+    ids = np.flatnonzero(ground.is_free)
     order = breadth_first_order(
-        local[ids][:, ids], int(np.searchsorted(ids, seed)), return_predecessors=False
+        ground.adjacency[ids][:, ids], int(np.searchsorted(ids, seed)), return_predecessors=False
     )
     return np.asarray(ids[order[:size]], dtype=np.int64)
-
-
-def _grow(
-    kind: str,
-    start: NDArray[np.int64],
-    points: Array,
-    normals: Array,
-    local: csr_array,
-    free: NDArray[np.bool_],
-    sigma: float,
-    options: RegionOptions,
-) -> tuple[NDArray[np.int64], float] | None:
-    """Patches connected to the seed near a primitive, refitted as it grows, and their worth.
-
-    A patch counts the less the farther it lies from the primitive: a wide cylinder spans
-    two planes that meet at a few degrees, and has more patches than either, but not on it
-    (MSAC: Torr and Zisserman 2000).
-    """
-    current = start
-    surface: Surface | None = None
-    worth = 0.0
-    for _ in range(_GROWTH_STEPS):
-        sample = current[thinned(len(current), _N_FIT)]
-        surface = PRIMITIVE_FITS[kind](points[sample], normals[sample], sigma, None, True)
-        if surface is None:
-            return None
-        feet, directions = surface.project(points)
-        residual = np.einsum("ij,ij->i", points - feet, directions) / (_REACH * sigma)
-        turn = np.einsum("ij,ij->i", normals, directions)
-        turn *= np.sign(turn[start].sum()) or 1.0
-        close = free & (np.abs(residual) < 1.0)
-        close &= turn > np.cos(np.radians(options.grow_deg))
-        if close[start].mean() < 0.8:
-            return None
-        piece = components(local, close)
-        names, votes = np.unique(piece[start[close[start]]], return_counts=True)
-        grown = np.flatnonzero(close & (piece == names[np.argmax(votes)]))
-        worth = float(np.sum(1.0 - np.square(residual[grown])))
-        if len(grown) <= 1.02 * len(current):
-            return grown, worth
-        current = grown
-    return current, worth
