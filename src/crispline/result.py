@@ -172,7 +172,10 @@ class Reconstruction:
         ReconstructionError
             If no shape was built.
         """
-        return deviations(self._shape(), points, self.spacing)
+        shape = self._shape()
+        if self.certificate is not None:
+            return self.certificate.deviations(shape, points)
+        return deviations(shape, points, self.spacing)
 
     def to_mesh(self, tolerance: float | None = None) -> Trimesh:
         """The model as triangles; ``face_attributes["face"]`` tells which face each is from.

@@ -13,20 +13,17 @@ from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.working import WorkingCloud
 from crispline.errors import InputError
 from crispline.net.poisson import point_areas, poisson_indicator
-from crispline.net.signs import CELL, with_best_signs
+from crispline.net.signs import CELL, is_inside_out, with_best_signs
 from crispline.options import NetOptions
 from crispline.surface.base import Array
 
 MAX_CONTRADICTION = 0.05
 """A file that contradicts itself, or is silent, at more of the points is not believed ..."""
 _MAX_MISSING = 0.1
-_FAIR = 0.65
-"""Share of ``good_spread`` above which a smooth piece may face the wrong way."""
 _WORSE = 1.25
 """... nor is one whose sides explain the points that much worse than the best found without."""
-_CLOSED = 0.1
-"""The areas of a closed surface, as vectors, add up to nothing; a box that lacks a side has a
-fifth of its area left."""
+_FAIR = 0.65
+"""Share of ``good_spread`` above which a smooth piece may face the wrong way."""
 
 
 @dataclass(frozen=True)
@@ -150,15 +147,13 @@ def indicator_spread(points: Array, normals: Array, areas: Array, threads: int =
 def _turned_outward(found: Facing, threads: int) -> Orientation:
     """The orientation of a file; as a whole the other way if a closed surface is inside out.
 
-    A closed surface encloses a positive volume (divergence theorem), whichever way the
-    normals of a file look, and a room that was scanned from within is a body like any other.
-    Of an open one only the file knows the outside.
+    A closed surface encloses a positive volume, whichever way the normals of a file look, and
+    a room that was scanned from within is a body like any other. Of an open one only the file
+    knows the outside.
     """
     points, normals = found.cloud.points, found.normals
     areas = point_areas(found.cloud.distances)
-    whole = np.linalg.norm(areas @ normals)
-    volume = np.sum(areas * np.einsum("ni,ni->n", points - points.mean(axis=0), normals))
-    if whole < _CLOSED * areas.sum() and volume < 0.0:
+    if is_inside_out(points, normals, areas):
         normals = -normals
     spread = indicator_spread(points, normals, areas, threads)
     return Orientation(found.cloud, normals, spread, is_told=True)

@@ -27,7 +27,9 @@ _N_NEAR = 10
 _MAX_TURN = np.cos(np.radians(15.0))  # between a point in the middle of a piece and those near it
 _MIN_SHARE = 0.003  # of the points; smaller pieces follow the others
 _MAX_PIECES = 24
-_CLOSED = 0.1  # share of the area of a closed surface that its areas, as vectors, may add up to
+# The areas of a closed surface, as vectors, add up to nothing but for this share of its area; a
+# box that lacks a side has a fifth left.
+_CLOSED = 0.1
 _REACH = 1.5  # cells, to either side of the surface
 
 
@@ -67,13 +69,23 @@ def with_best_signs(
     return -oriented if _is_inward(points, normals, oriented, areas) else oriented
 
 
+def is_inside_out(points: Array, normals: Array, areas: Array) -> bool | None:
+    """Whether normals look into a closed surface; None if it is open, which has no inside.
+
+    By the divergence theorem the flux of the position is three times the enclosed volume.
+    """
+    if np.linalg.norm(areas @ normals) > _CLOSED * areas.sum():
+        return None
+    centred = points - points.mean(axis=0)
+    return bool(np.sum(areas * np.einsum("ni,ni->n", centred, normals)) < 0.0)
+
+
 def _is_inward(points: Array, given: Array, oriented: Array, areas: Array) -> bool:
     """Whether a closed surface is inside out; an open one, whether most normals were turned."""
-    if np.linalg.norm(areas @ oriented) > _CLOSED * areas.sum():
+    is_wrong = is_inside_out(points, oriented, areas)
+    if is_wrong is None:
         return bool(np.sum(areas * np.einsum("ni,ni->n", given, oriented)) < 0.0)
-    # The divergence theorem: the flux of the position is three times the volume.
-    centred = points - points.mean(axis=0)
-    return bool(np.sum(areas * np.einsum("ni,ni->n", centred, oriented)) < 0.0)
+    return is_wrong
 
 
 def _pieces(normals: Array, neighbours: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from crispline.cloud.facing import OPPOSITE
 from crispline.cloud.nearest import nearest
 from crispline.surface.base import Array
 
-_OPPOSITE = -0.5
-"""Cosine between normals of two sheets; those of two faces at an edge make a larger one."""
 _CHUNK = 50_000
 
 
@@ -36,7 +35,7 @@ def nearest_alike(
     for begin in range(0, len(places), _CHUNK):
         rows = slice(begin, begin + _CHUNK)
         _, index = nearest(tree, places[rows], n_near, threads)
-        across = np.einsum("mki,mi->mk", normals[index], directions[rows]) < _OPPOSITE
+        across = np.einsum("mki,mi->mk", normals[index], directions[rows]) < OPPOSITE
         order = np.argsort(across, axis=1, kind="stable")[:, :k]
         found[rows] = np.take_along_axis(index, order, axis=1)
     return found

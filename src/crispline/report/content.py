@@ -25,12 +25,7 @@ def result_page(
     """The page of a run; see :func:`crispline.report.html.write_report`."""
     found: Deviations | None = None
     if result.solid is not None and result.solid.face_order:
-        measured = result.certificate
-        found = (
-            result.deviations(points)
-            if measured is None
-            else measured.deviations(result.solid.shape, points)
-        )
+        found = result.deviations(points)
     return Page(
         title=title,
         verdict=failure or result_verdict(result),
