@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crispline.brep.ladder import Ladder
+from crispline.cloud.average import averaged
 from crispline.cloud.noise import noise_levels
 from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.thin import thin_walls
@@ -55,6 +56,7 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     given = PointCloud.from_any(points)
     watch.stage("cloud", 0.0)
     cloud = working_cloud(given.points, options.cloud, threads)
+    cloud = averaged(cloud, options.cloud, threads)
     watch.stage("normals", 0.05)
     walls = thin_walls(cloud).sentence(cloud)
     facing = oriented_normals(cloud, options.net, threads, given)
@@ -86,17 +88,17 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
     places = cloud.to_user.points(net.vertices)
     opening = "" if net.is_open else quads.opening(places)
-    raw = cloud.to_user.points(cloud.points)
+    raw = cloud.to_user.points(cloud.scan)
     stray = np.full(len(raw), -1)
     if net.is_open:
-        stray = stray_pieces(cloud.points, net.vertices, options.net.min_piece, threads)
+        stray = stray_pieces(cloud.scan, net.vertices, options.net.min_piece, threads)
     strays = strays_sentence(raw, stray)
     rims = (quads.rims(places),) if net.is_open and not quads.is_closed else ()
     result = Reconstruction(
         model=located.model.transformed(cloud.to_user),
         patches=replace(patches, vertices=cloud.to_user.points(patches.vertices)),
         spacing=cloud.spacing,
-        noise=cloud.sigma * cloud.spacing,
+        noise=cloud.scan_noise * cloud.sigma * cloud.spacing,
         warnings=(
             *cloud.warnings(given.n_dropped),
             *facing.notes,

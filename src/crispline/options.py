@@ -22,6 +22,11 @@ class CloudOptions:
     its 24 neighbours', or that of the whole cloud ..."""
     outlier_scatter: float = 0.08
     """... and the points round it scatter: smallest share of a principal component."""
+    max_noise: float = 0.5
+    """Where the noise of a scan is more than this, in spacings, averages of its points stand for
+    them ..."""
+    average_noise: float = 0.2
+    """... as many to each as make the noise of the averages this, in their own spacings."""
 
 
 @dataclass(frozen=True)

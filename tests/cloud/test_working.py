@@ -6,7 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from crispline.cloud.working import N_NEIGHBOURS, local_noise, point_spacing, working_cloud
+from crispline.cloud.scale import N_NEIGHBOURS, local_noise, point_spacing
+from crispline.cloud.working import working_cloud
 from crispline.errors import InputError
 from crispline.options import CloudOptions
 from crispline.shapes import SHAPES, sample

@@ -11,6 +11,8 @@ from crispline.net.halfedge import half_edges
 from crispline.net.loops import border_loops
 from crispline.net.quads import QuadNet, quad_net
 from crispline.options import CloudOptions, NetOptions
+from crispline.spline.creased import CreasedNet
+from crispline.spline.sectors import net_sectors, require_single_fans
 
 
 def ball(n=1500, seed=0):
@@ -209,3 +211,18 @@ def test_a_small_sheet_beside_a_large_one_stays():
     height = cloud.to_user.points(net.vertices)[:, 2]
     assert height.max() > 19.0
     assert len(border_loops(net.quads)) == 2
+
+
+def test_sheets_that_touch_in_a_vertex_get_their_own(monkeypatch):
+    """Two fans in one vertex are no surface, and neither are three quads at a side."""
+    touching = QuadNet(
+        np.arange(27, dtype=float).reshape(9, 3),
+        np.array([[0, 1, 2, 3], [0, 4, 5, 6], [1, 2, 7, 8], [2, 1, 7, 8]]),
+        is_open=True,
+    )
+    monkeypatch.setattr(quads._Builder, "net", lambda self: touching)
+    _, net = net_over(*ball())
+    np.testing.assert_array_equal(net.vertices[net.quads], touching.vertices[touching.quads])
+    assert not set(net.quads[0]) & set(net.quads[1])
+    loose = CreasedNet(net.vertices, net.quads, np.zeros((0, 2), int), np.zeros(0, int))
+    require_single_fans(loose, net_sectors(loose))

@@ -36,7 +36,8 @@ def box(nets):
     still = Similarity(1.0, np.eye(3), np.zeros(3))
     none = np.zeros((0, 24))
     kept = np.arange(len(centres))
-    cloud = WorkingCloud(centres + noise, none.astype(np.int64), none, SIGMA, still, 0, 0, kept)
+    points = centres + noise
+    cloud = WorkingCloud(points, none.astype(np.int64), none, SIGMA, still, 0, 0, kept, points)
     graph = PatchGraph(centres, normals, connected.pairs(), 1.0)
     evidence = gather_evidence(cloud, normals, graph, np.full(len(centres), SIGMA))
     return SimpleNamespace(

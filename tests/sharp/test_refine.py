@@ -5,7 +5,7 @@ import pytest
 
 from crispline.options import LocateOptions
 from crispline.sharp import refine
-from crispline.surface import Cylinder
+from crispline.surface import Cylinder, Plane
 
 
 def test_refinement_stops_when_new_points_fall_on_old_ones(monkeypatch):
@@ -30,3 +30,21 @@ def test_refinement_stops_when_new_points_fall_on_old_ones(monkeypatch):
     found = refine.curve_along(curve, (curve[0], curve[-1]), pipes, LocateOptions())
     assert len(kept) > 2
     np.testing.assert_allclose(found.samples(2), curve[[0, -1]], atol=1e-9)
+
+
+def test_points_that_repeat_the_last_are_dropped():
+    """Three in one place at the end of a crease: a rocker arm broke down on them."""
+    points = np.zeros((6, 3))
+    points[:, 0] = [0.0, 0.0, 1.0, 2.0, 2.0, 2.0]
+    np.testing.assert_array_equal(refine._distinct(points)[:, 0], [0.0, 1.0, 2.0])
+
+
+@pytest.mark.parametrize("is_closed", [False, True])
+def test_points_drawn_into_one_are_no_curve(is_closed):
+    """Two surfaces that touched in one point, on a scan with much noise, broke down here."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 25)
+    ring = np.stack([np.cos(turn) - 1.0, np.sin(turn), 1.0 + np.cos(turn)], axis=1)
+    ring[[0, -1]] = 0.0
+    ends = None if is_closed else (np.zeros(3), np.zeros(3))
+    corner = [Plane(np.zeros(3), normal) for normal in np.eye(3)]
+    assert refine.curve_along(ring, ends, corner, LocateOptions()) is None

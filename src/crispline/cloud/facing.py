@@ -15,7 +15,8 @@ import numpy as np
 from crispline.cloud.nearest import nearest
 from crispline.cloud.normals import principal_normals
 from crispline.cloud.pointcloud import PointCloud
-from crispline.cloud.working import N_NEIGHBOURS, WorkingCloud, local_noise
+from crispline.cloud.scale import N_NEIGHBOURS, local_noise
+from crispline.cloud.working import WorkingCloud
 from crispline.surface.base import Array, unit
 
 _N_NEAR = 2 * N_NEIGHBOURS

@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from crispline.cloud.layout import is_in_scan_order, plane_noise, rim_share, wall_gaps
 from crispline.cloud.outliers import inliers
 from crispline.cloud.pointcloud import PointCloud
+from crispline.cloud.scale import N_NEIGHBOURS, local_noise, point_spacing
 from crispline.cloud.units import guess_unit
-from crispline.cloud.working import N_NEIGHBOURS, local_noise, point_spacing
 from crispline.errors import InputError
 from crispline.options import CloudOptions
 from crispline.surface.base import Array

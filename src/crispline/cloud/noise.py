@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from crispline.cloud.working import evenly, local_variances
+from crispline.cloud.scale import evenly, local_variances
 from crispline.surface.base import Array
 
 _N_SAMPLES = 3000  # neighbourhoods that the noise is estimated from
@@ -21,7 +21,7 @@ def noise_levels(points: Array, neighbours: NDArray[np.int64], sigma: float) -> 
 
     The noise of a range camera grows with the square of the distance; what an airborne scanner
     sees of trees is noise of another kind than what it sees of roofs. The noise of a place is
-    estimated as :func:`crispline.cloud.working.local_noise` estimates that of the cloud, from
+    estimated as :func:`crispline.cloud.scale.local_noise` estimates that of the cloud, from
     the hundred nearest of 3000 neighbourhoods. It is ``sigma`` everywhere if less than a tenth
     of the cloud has 1.3 times as much: creases and chance alone stay below 1.2.
 

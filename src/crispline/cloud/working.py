@@ -9,29 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from crispline.cloud.nearest import nearest
 from crispline.cloud.outliers import inliers
+from crispline.cloud.scale import N_NEIGHBOURS, local_noise, point_spacing
 from crispline.errors import InputError
 from crispline.options import CloudOptions
 from crispline.surface.base import Array, Similarity
 
-N_NEIGHBOURS = 24
-"""Neighbours per point, itself included, that every local estimate draws from."""
-
-# Coordinates in the working frame are rounded to this grid, so that a part in
-# metres and the same part in micrometres become the same numbers, bit by bit.
-_ROUNDING = 2.0**-24
-
-# Lower quartile of the standard normal distribution.
-_QUARTILE = -0.6744897501960817
-
-# A step between heights wider than these parts two sheets of a wall: in ranges of the heights, in
-# radii of the neighbourhood.
-_SHEET_GAP = 0.35
-_MIN_SHEET_GAP = 0.3
-_MIN_SPLIT = 0.1  # share of the neighbourhoods, for thin walls to matter
-
-# Points beyond the six that a quadric needs, for it to tell the noise.
-_MIN_FREEDOM = 5
+ROUNDING = 2.0**-24
+"""Coordinates in the working frame are rounded to this grid, so that a part in metres and the same
+part in micrometres become the same numbers, bit by bit; spacings."""
 
 # Moments smaller than this share of the whole are rounding errors of the input.
 _MOMENT_ROUNDING = 2.0**-30
@@ -50,6 +37,9 @@ class WorkingCloud:
     to_user : the map from the working frame back to the user's units.
     n_duplicates, n_outliers : points removed.
     kept : the row of the given cloud that each point comes from, shape ``(n,)``.
+    scan : what ``points`` were before they were averaged, the same unless the scan is
+        noisy, shape ``(m, 3)``.
+    scan_noise : noise of the scan over that of ``points``, 1 unless these are averages.
     """
 
     points: Array
@@ -60,6 +50,8 @@ class WorkingCloud:
     n_duplicates: int
     n_outliers: int
     kept: NDArray[np.int64]
+    scan: Array
+    scan_noise: float = 1.0
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -72,13 +64,24 @@ class WorkingCloud:
         return self.to_user.scale
 
     def warnings(self, n_dropped: int = 0) -> tuple[str, ...]:
-        """A sentence for every kind of point that was left out."""
+        """A sentence for every kind of point that was left out, and one on averages."""
         counts = (
             (n_dropped, "with coordinates that are not finite"),
             (self.n_duplicates, "that repeat another point"),
             (self.n_outliers, "far from all others (outliers)"),
         )
-        return tuple(f"{n} points {what} were left out" for n, what in counts if n > 0)
+        left_out = tuple(f"{n} points {what} were left out" for n, what in counts if n > 0)
+        return left_out if self.scan_noise == 1.0 else (*left_out, self._averages())
+
+    def _averages(self) -> str:
+        """What was done about the noise, see :mod:`crispline.cloud.average`."""
+        noise = self.sigma * self.spacing
+        return (
+            f"the scan is noisy for its spacing, {self.scan_noise * noise:.3g}: averages of about "
+            f"{len(self.scan) / len(self.points):.2g} points each stand for it, {self.spacing:.3g} "
+            f"apart with a noise of {noise:.3g}, and faces narrower than 3 of these spacings are "
+            "lost; average several scans if they matter"
+        )
 
 
 def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> WorkingCloud:
@@ -98,7 +101,7 @@ def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> Wo
         lie on a line or lie in a plane.
     """
     n_given = len(points)
-    _refuse_too_few(n_given)
+    refuse_too_few(n_given)
     origin = np.median(points, axis=0)
     centred = points - origin
     _, first = np.unique(centred, axis=0, return_index=True)
@@ -114,118 +117,20 @@ def working_cloud(points: Array, options: CloudOptions, threads: int = -1) -> Wo
 
     middle, rotation = _principal_frame(centred)
     aligned = (centred - middle) @ rotation.T
-    distances, neighbours = _nearest(aligned, N_NEIGHBOURS, threads)
+    distances, neighbours = nearest(cKDTree(aligned), aligned, N_NEIGHBOURS, threads)
     spacing = point_spacing(distances)
-    working = np.round(aligned / spacing / _ROUNDING) * _ROUNDING
-    to_user = Similarity(spacing, rotation.T, origin + middle)
+    working = np.round(aligned / spacing / ROUNDING) * ROUNDING
     return WorkingCloud(
         points=working,
         neighbours=neighbours,
         distances=distances / spacing,
         sigma=local_noise(working, neighbours),
-        to_user=to_user,
+        to_user=Similarity(spacing, rotation.T, origin + middle),
         n_duplicates=n_duplicates,
         n_outliers=n_outliers,
         kept=first[kept],
+        scan=working,
     )
-
-
-def point_spacing(distances: Array) -> float:
-    """Mean distance between neighbouring points of a surface sampling.
-
-    A disc that holds ``k`` points of a surface with spacing ``s`` has area
-    ``k s^2``, so ``s = d_k sqrt(pi / k)``; the median over the points is taken
-    for ``k = 8 ... 16`` and averaged, which regular grids need.
-
-    Parameters
-    ----------
-    distances : sorted neighbour distances, the point itself first, shape ``(n, >= 17)``.
-    """
-    k = np.arange(8, 17)
-    return float(np.mean(np.median(distances[:, 8:17], axis=0) * np.sqrt(np.pi / k)))
-
-
-def local_noise(points: Array, neighbours: NDArray[np.int64], n_samples: int = 3000) -> float:
-    """Noise along the normal: lower quartile of the residuals of quadrics through 24 neighbours.
-
-    The same unit as ``points``. Creased, narrow and littered neighbourhoods are outvoted as
-    long as a quarter of the surface is smooth and clean; the median needs half of it, and
-    came out up to three times too large on small clouds. In a thin wall nearly every
-    neighbourhood holds points of the other side; they are left out.
-
-    Parameters
-    ----------
-    points : shape ``(n, 3)``.
-    neighbours : indices of the neighbours of some points or all, nearest first, shape
-        ``(m, k)``, ``k`` over 6.
-    n_samples : neighbourhoods that are used.
-
-    References
-    ----------
-    Quantiles of chi-square: Wilson and Hilferty 1931.
-    """
-    variances = local_variances(points, neighbours[evenly(len(neighbours), n_samples)])
-    return float(np.sqrt(np.quantile(variances[~np.isnan(variances)], 0.25)))
-
-
-def evenly(n: int, n_samples: int) -> NDArray[np.int64]:
-    """Up to ``n_samples`` of the indices 0 to ``n - 1``, evenly apart."""
-    return np.unique(np.linspace(0, n - 1, n_samples).astype(np.int64))
-
-
-def local_variances(points: Array, neighbours: NDArray[np.int64]) -> Array:
-    """What quadrics leave of neighbourhoods ``(m, k)``, so scaled that noise has it as quartile.
-
-    Variances of shape ``(m,)``; NaN for a neighbourhood with too few points on its own sheet.
-    If all have, nothing tells the noise, and the mean squares of the residuals are returned.
-    """
-    local = points[neighbours]
-    local = local - local.mean(axis=1, keepdims=True)
-    _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", local, local))
-    z, y, x = np.moveaxis(np.einsum("nki,nij->nkj", local, axes), 2, 0)
-    own = _own_sheet(z, np.hypot(x, y).max(axis=1))
-    design = own[:, :, None] * np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=2)
-    z = own * z
-    q, _ = np.linalg.qr(design)
-    residual = z - np.einsum("nkc,nc->nk", q, np.einsum("nkc,nk->nc", q, z))
-    n_own = own.sum(axis=1)
-    is_told = n_own > 6 + np.minimum(_MIN_FREEDOM, neighbours.shape[1] - 7)
-    if not is_told.any():
-        return np.asarray((residual**2).mean(axis=1))
-    freedom = np.where(is_told, n_own - 6, np.nan)
-    # A quantile of a chi-square with f degrees of freedom is about f (1 - g + z sqrt(g))^3 with
-    # g = 2/(9 f) and z the same quantile of the normal distribution.
-    g = 2.0 / (9.0 * freedom)
-    factor = (1.0 - g + _QUARTILE * np.sqrt(g)) ** 3
-    return np.asarray((residual**2).sum(axis=1) / (freedom * factor))
-
-
-def _own_sheet(heights: Array, radius: Array) -> NDArray[np.bool_]:
-    """Neighbours on the first one's side of a gap in the heights, shape ``(n, k)``.
-
-    Heights fall into two sheets where the widest step between them is more than a share of
-    their range and than a share of the neighbourhood's ``radius`` ``(n,)``.
-    """
-    order = np.argsort(heights, axis=1)
-    ranked = np.take_along_axis(heights, order, axis=1)
-    steps = np.diff(ranked, axis=1)
-    widest = np.argmax(steps, axis=1)[:, None]
-    step = np.take_along_axis(steps, widest, axis=1)[:, 0]
-    is_split = step > np.maximum(
-        _SHEET_GAP * (ranked[:, -1] - ranked[:, 0]), _MIN_SHEET_GAP * radius
-    )
-    middle = 0.5 * np.take_along_axis(ranked, widest, axis=1)
-    middle += 0.5 * np.take_along_axis(ranked, widest + 1, axis=1)
-    is_own = (heights > middle) == (heights[:, :1] > middle)
-    if is_split.mean() < _MIN_SPLIT:  # edges and litter, which the quartile outvotes
-        return np.ones(heights.shape, dtype=np.bool_)
-    return np.asarray(is_own | ~is_split[:, None])
-
-
-def _nearest(points: Array, k: int, threads: int) -> tuple[Array, NDArray[np.int64]]:
-    """Distances and indices of each point's ``k`` nearest, itself first, shape ``(n, k)``."""
-    distances, neighbours = cKDTree(points).query(points, k=k, workers=threads)
-    return np.asarray(distances), np.asarray(neighbours, dtype=np.int64)
 
 
 def _principal_frame(points: Array) -> tuple[Array, Array]:
@@ -246,7 +151,8 @@ def _principal_frame(points: Array) -> tuple[Array, Array]:
     return middle, rotation
 
 
-def _refuse_too_few(n_points: int) -> None:
+def refuse_too_few(n_points: int) -> None:
+    """Raise an `InputError` for fewer points than a neighbourhood needs."""
     if n_points < N_NEIGHBOURS:
         raise InputError(
             f"a reconstruction needs at least {N_NEIGHBOURS} points, the cloud has {n_points}; "
@@ -261,7 +167,7 @@ def _refuse_degenerate(centred: Array) -> None:
             "a reconstruction needs points on a surface, all points of the cloud are equal; "
             "check the columns of the file"
         )
-    _refuse_too_few(len(centred))
+    refuse_too_few(len(centred))
     extents = np.linalg.svd(centred - centred.mean(axis=0), compute_uv=False)
     for flat, what in ((extents[1], "on one line"), (extents[2], "in one plane")):
         if flat <= 1e-6 * extents[0]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from crispline.net.signed_distance import sheet_mesh
 from crispline.net.support import Coverage, coverage, local_spacings, support
 from crispline.net.trim import Trimmed, trimmed, without_crumbs
 from crispline.options import NetOptions
+from crispline.spline.separate import fan_vertices
 from crispline.surface.base import Array
 
 _CELL, _FINE_CELL = 1.0, 0.7  # of the indicator's grid, spacings; fine ...
@@ -72,20 +73,18 @@ def quad_net(
     A closed surface is the level set of the Poisson indicator. If that spans gaps wider
     than ``options.fill_holes``, or misses points, the scan is open: then the surface is
     the zero of the signed distance near the points. Either is projected onto the cloud,
-    meshed with quads (Jakob et al. 2015) and projected again.
+    meshed with quads (Jakob et al. 2015) and projected again. Sheets that touch in a vertex
+    or along a side get vertices of their own.
 
     Raises
     ------
     ReconstructionError
         If there is no surface through the points, or the mesher returns no quads.
     """
-    builder = _Builder(cloud, normals, options, threads)
-    if options.surface == "open":
-        return builder.open_net()
-    mesh = builder.closed_mesh()
-    if options.surface == "auto" and builder.leaves_gaps(mesh):
-        return builder.open_net()
-    return builder.closed_net(mesh)
+    net = _Builder(cloud, normals, options, threads).net()
+    twin = half_edges(net.quads, len(net.vertices)).twin
+    quads, source = fan_vertices(net.quads, twin, len(net.vertices))
+    return replace(net, vertices=net.vertices[source], quads=quads)
 
 
 @dataclass(frozen=True)
@@ -100,6 +99,15 @@ class _Builder:
     @property
     def _spacing(self) -> Array:
         return local_spacings(self.cloud.distances)
+
+    def net(self) -> QuadNet:
+        """The closed net, or the open one."""
+        if self.options.surface == "open":
+            return self.open_net()
+        mesh = self.closed_mesh()
+        if self.options.surface == "auto" and self.leaves_gaps(mesh):
+            return self.open_net()
+        return self.closed_net(mesh)
 
     def closed_mesh(self) -> TriangleMesh:
         """Closed triangle mesh, on the points as far as there are any."""

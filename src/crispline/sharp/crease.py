@@ -194,6 +194,8 @@ def locate_crease(
     for points in traced(guide, border.constraints, feet, max_gap):
         if is_sane(points, guide, slack, cloud, max_cloud_distance):
             curve = curve_along(points, ends, border.constraints, options)
+            if curve is None:
+                continue
             return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=False)
     curve = _smoothed_border(border, ends)
     return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=True)

@@ -20,6 +20,7 @@ from crispline.surface.base import Array
 
 _MAX_NODES = 200
 _SAME = 1e-9
+_MIN_OPEN, _MIN_CLOSED = 2, 4  # nodes of a curve
 _MIN_SPAN = 0.1
 _MAX_PARTS = 8
 _MIN_STRENGTH = 0.05
@@ -31,7 +32,7 @@ def curve_along(
     ends: tuple[Array, Array] | None,
     constraints: Sequence[Constraint],
     options: LocateOptions,
-) -> Curve:
+) -> Curve | None:
     """The simplest curve through ordered points on the constraints that stays on them.
 
     Parameters
@@ -45,7 +46,8 @@ def curve_along(
     -------
     Curve
         A line or a circular arc if the points lie on one; else a cubic B-spline
-        refined where it leaves the constraints.
+        refined where it leaves the constraints. None if the constraints draw the points
+        together into one.
     """
     is_closed = ends is None
     points = _even(points, int(np.clip(len(points), 24, 60)), constraints)
@@ -57,6 +59,8 @@ def curve_along(
         if curve is not None:
             return curve
     nodes = _refined(points, is_closed, constraints, options.curve_tolerance)
+    if nodes is None:
+        return None
     slopes = _end_tangents(nodes, constraints)
     if ends is not None and not reached.all():
         for side, index in enumerate((0, -1)):
@@ -84,16 +88,19 @@ def _even(points: Array, n: int, constraints: Sequence[Constraint]) -> Array:
 
 def _distinct(points: Array) -> Array:
     """The points without inner ones that repeat the one before or the last."""
-    step = np.linalg.norm(np.diff(points, axis=0), axis=1) > _SAME
-    keep = np.concatenate([[True], step[:-1], [True]])
-    keep[-2] &= step[-1]
-    return np.asarray(points[keep])
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    kept = points[np.append(True, step > _SAME)]
+    kept[-1] = points[-1]
+    return np.asarray(kept)
 
 
 def _refined(
     points: Array, is_closed: bool, constraints: Sequence[Constraint], tolerance: float
-) -> Array:
-    """Interpolation nodes, denser wherever the curve between two leaves the constraints."""
+) -> Array | None:
+    """Interpolation nodes, denser wherever the curve between two leaves the constraints.
+
+    None if there are too few for a curve.
+    """
     ends = points[[0, -1]]
     end_gaps = _loose_gaps(ends, constraints, tolerance)
 
@@ -106,6 +113,8 @@ def _refined(
     is_free = allowed_gap(nodes[1:-1]) == 0.0
     if is_free.sum() >= 2:
         nodes = np.concatenate([nodes[:1], nodes[1:-1][is_free], nodes[-1:]])
+    if len(nodes) < (_MIN_CLOSED if is_closed else _MIN_OPEN):
+        return None
     while True:
         curve = interpolated(nodes, is_closed, _end_tangents(nodes, constraints))
         knots = np.unique(curve.knots)

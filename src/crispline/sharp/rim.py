@@ -9,7 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from crispline.curve import Curve, arc_length, circle_through, resampled, smoothed
+from crispline.curve import (
+    Curve,
+    arc_length,
+    circle_through,
+    interpolated,
+    resampled,
+    smoothed,
+)
 from crispline.options import LocateOptions
 from crispline.region.topology import Topology
 from crispline.sharp.intersect import Constraint, intersect
@@ -107,7 +114,8 @@ def rim_curve(
     points = _moved_to(points, constraints, keeps_ends=ends is not None)
     if len(points) < 5:
         points = resampled(points, 9)
-    return curve_along(points, ends, constraints, options)
+    found = curve_along(points, ends, constraints, options)
+    return found or interpolated(guide.points, guide.is_closed)
 
 
 def _with_straight_ends(topology: Topology, net_vertices: Array, raggedness: float) -> Array:
