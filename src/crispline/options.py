@@ -22,7 +22,7 @@ class CloudOptions:
     its 24 neighbours', or that of the whole cloud ..."""
     outlier_scatter: float = 0.08
     """... and the points round it scatter: smallest share of a principal component."""
-    max_noise: float = 0.5
+    max_noise: float = 0.4
     """Where the noise of a scan is more than this, in spacings, averages of its points stand for
     them ..."""
     average_noise: float = 0.2
@@ -119,6 +119,11 @@ class RegionOptions:
     there are at least ``many_crumbs``, patches are tried first as well."""
     many_crumbs: int = 40
     """Fewer crumbs than this are rounds and bosses of a part that has faces."""
+    flowing_deg: float = 25.0
+    """Curved regions that meet at less than this flow into each other ..."""
+    max_flowing: float = 0.3
+    """... and where they do so along more than this share of all borders, and there are many
+    crumbs after a round, there are no more rounds, and patches are tried first."""
     rounds: int = 3
     """Rounds of fitting, merging and optimising the borders."""
 

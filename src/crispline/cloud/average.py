@@ -20,7 +20,7 @@ _REACH = 2.0
 _PACKING = 0.64
 """Square of the least distance of points picked from a random sampling until no more fits, for
 each point beyond one that goes with every picked one: measured, for 2 to 20 of them."""
-_LEAST_PER_CELL = 1.5
+_LEAST = 1.5
 _MAX_ROUNDS = 2  # noise that neighbouring points share falls more slowly
 _MAX_THIN = 0.1  # share of the points that see the other side of a wall
 _BLOCK = 20_000  # points whose neighbourhoods are held at a time
@@ -51,17 +51,27 @@ def averaged(cloud: WorkingCloud, options: CloudOptions, threads: int = -1) -> W
     for _ in range(_MAX_ROUNDS):
         if cloud.sigma <= options.max_noise or thin_walls(cloud).share > _MAX_THIN:
             break
-        cloud = _averaged(cloud, options.average_noise, threads)
+        cloud = _averaged(cloud, options, threads)
     return cloud
 
 
-def _averaged(cloud: WorkingCloud, noise: float, threads: int) -> WorkingCloud:
-    """The means of the cells that make the noise so small, if it is independent."""
+def points_per_mean(sigma: float, options: CloudOptions) -> float:
+    """How many points one mean stands for if the noise is independent; 1 for a clean cloud.
+
+    Parameters
+    ----------
+    sigma : noise of the points, spacings.
+    """
+    return 1.0 if sigma <= options.max_noise else max(sigma / options.average_noise, _LEAST)
+
+
+def _averaged(cloud: WorkingCloud, options: CloudOptions, threads: int) -> WorkingCloud:
+    """The means of one round of cells."""
     on_sheet = _on_sheet(cloud.points, cloud.sigma, threads)
     # Heights lengthen the distances of points: the sheet itself tells their spacing.
     distances, _ = nearest(cKDTree(on_sheet), on_sheet, N_NEIGHBOURS, threads)
     spacing = point_spacing(distances)
-    per_cell = max(cloud.sigma / (noise * spacing), _LEAST_PER_CELL)
+    per_cell = points_per_mean(cloud.sigma / spacing, options)
     centre = _packed(on_sheet, spacing * float(np.sqrt(_PACKING * (per_cell - 1.0))))
     refuse_too_few(len(centre))
     _, cell = nearest(cKDTree(on_sheet[centre]), on_sheet, 1, threads)

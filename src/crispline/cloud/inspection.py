@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from crispline.cloud.average import points_per_mean
 from crispline.cloud.layout import is_in_scan_order, plane_noise, rim_share, wall_gaps
 from crispline.cloud.outliers import inliers
 from crispline.cloud.pointcloud import PointCloud
@@ -22,11 +23,11 @@ _N_SAMPLES = 5000
 _N_SUBSET = 40_000
 """Points that outliers are sought among; the share holds for all."""
 
-_MANY_OUTLIERS, _NOISY, _UNEVEN, _WALLS, _HEAVY = 0.1, 0.5, 6.0, 0.01, 8.0
+_MANY_OUTLIERS, _UNEVEN, _WALLS, _HEAVY = 0.1, 6.0, 0.01, 8.0
 
 LOST, UNCERTAIN, WALL = 3.0, 5.0, 2.0
-"""Resolution law, in spacings: faces narrower than the first are lost, than the second
-uncertain; walls thinner than the third may merge."""
+"""Resolution law, in spacings of what a model is made from: faces narrower than the first are
+lost, than the second uncertain; walls thinner than the third may merge."""
 
 _SECONDS = (5.0, 7e-4)
 _GIGABYTES = (0.5, 1.3e-5)
@@ -53,6 +54,8 @@ class Inspection:
     rim_share : share of the points at a rim or hole.
     wall_share, wall_gap : share of the points that face another sheet within 3 spacings, and
         the median distance to it; NaN if none does.
+    points_per_mean : how many points one average stands for in a reconstruction, see
+        :mod:`crispline.cloud.average`; 1 unless the noise is large.
     seconds, gigabytes : rough needs of a reconstruction on 2 cores.
     warnings : what stands in the way of a good model, and what to do.
     """
@@ -74,6 +77,7 @@ class Inspection:
     rim_share: float
     wall_share: float
     wall_gap: float
+    points_per_mean: float
     seconds: float
     gigabytes: float
     warnings: tuple[str, ...]
@@ -84,19 +88,24 @@ class Inspection:
         return float(1.0 / np.sqrt(self.n_points))
 
     @property
+    def working_spacing(self) -> float:
+        """Distance between neighbouring points of what a model is made from."""
+        return self.spacing * float(np.sqrt(self.points_per_mean))
+
+    @property
     def lost_below(self) -> float:
         """Faces narrower than this are not found."""
-        return LOST * self.spacing
+        return LOST * self.working_spacing
 
     @property
     def uncertain_below(self) -> float:
         """Faces narrower than this are found now and then."""
-        return UNCERTAIN * self.spacing
+        return UNCERTAIN * self.working_spacing
 
     @property
     def wall_below(self) -> float:
         """Walls thinner than this may merge."""
-        return WALL * self.spacing
+        return WALL * self.working_spacing
 
 
 def inspect(cloud: PointCloud, options: CloudOptions | None = None, threads: int = 1) -> Inspection:
@@ -105,7 +114,7 @@ def inspect(cloud: PointCloud, options: CloudOptions | None = None, threads: int
     Parameters
     ----------
     cloud : any unit.
-    options : what counts as an outlier.
+    options : what counts as an outlier and as noisy.
     threads : threads for neighbour queries; the result does not depend on it.
 
     Raises
@@ -138,6 +147,7 @@ def inspect(cloud: PointCloud, options: CloudOptions | None = None, threads: int
     facing = gaps[np.isfinite(gaps)]
     unit, reason = guess_unit(low, high, spacing)
     n_points = len(distinct)
+    per_mean = points_per_mean(thin_noise / spacing, options or CloudOptions())
     found = Inspection(
         n_points=len(cloud.points),
         n_dropped=cloud.n_dropped,
@@ -156,8 +166,9 @@ def inspect(cloud: PointCloud, options: CloudOptions | None = None, threads: int
         rim_share=rim_share(sample, distinct, tree, threads),
         wall_share=len(facing) / len(gaps),
         wall_gap=float(np.median(facing)) if len(facing) else float("nan"),
-        seconds=_SECONDS[0] + _SECONDS[1] * n_points,
-        gigabytes=_GIGABYTES[0] + _GIGABYTES[1] * n_points,
+        points_per_mean=per_mean,
+        seconds=_SECONDS[0] + _SECONDS[1] * n_points / per_mean,
+        gigabytes=_GIGABYTES[0] + _GIGABYTES[1] * n_points / per_mean,
         warnings=(),
     )
     return replace(found, warnings=tuple(_warnings(found)))
@@ -170,10 +181,11 @@ def _warnings(found: Inspection) -> Iterator[str]:
             f"{100.0 * found.outlier_share:.0f} % outliers: they are left out, but crop the scan "
             "to the part if they are its surroundings"
         )
-    if spacings > _NOISY:
+    if found.points_per_mean > 1.0:
         yield (
-            f"the noise is {spacings:.1f} spacings: edges stay exact on large faces, small ones "
-            "are lost; average several scans"
+            f"the noise is {spacings:.1f} spacings: averages of about "
+            f"{found.points_per_mean:.2g} points each will stand for them; edges stay exact on "
+            "large faces, small ones are lost; average several scans"
         )
     ratio = found.density[1] / found.density[0]
     if ratio > _UNEVEN:
