@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from crispline.cloud.inspection import LOST, UNCERTAIN, WALL, Inspection
+from crispline.cloud.inspection import Inspection
 
 _AT_RANDOM = 1.7
 """Ratio of the 99 % to the 1 % quantile of the spacing where points fall evenly at random."""
@@ -94,9 +94,11 @@ def _lines(found: Inspection) -> list[tuple[str, str]]:
         ("walls", walls),
         (
             "too small",
-            f"faces narrower than {found.lost_below:.3g} ({LOST:g} spacings) are lost, up to "
-            f"{found.uncertain_below:.3g} ({UNCERTAIN:g}) uncertain; walls thinner than "
-            f"{found.wall_below:.3g} ({WALL:g}) merge",
+            f"faces narrower than {found.lost_below:.3g} "
+            f"({found.lost_below / spacing:.2g} spacings) are lost, up to "
+            f"{found.uncertain_below:.3g} ({found.uncertain_below / spacing:.2g}) uncertain; "
+            "walls thinner than "
+            f"{found.wall_below:.3g} ({found.wall_below / spacing:.2g}) merge",
         ),
         (
             "reconstruct",
