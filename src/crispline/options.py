@@ -115,15 +115,21 @@ class RegionOptions:
     """If surfaces explain less than this share of the scan after a round, it has no faces to be
     found: there are no more rounds, and bicubic patches are tried before trimmed faces."""
     crumb_patches: int = 150
-    """Curved regions smaller than this are crumbs. If they hold half of the scan in the end, and
-    there are at least ``many_crumbs``, patches are tried first as well."""
+    """Pieces of a smooth region smaller than this are crumbs ..."""
     many_crumbs: int = 40
-    """Fewer crumbs than this are rounds and bosses of a part that has faces."""
-    flowing_deg: float = 25.0
-    """Curved regions that meet at less than this flow into each other ..."""
-    max_flowing: float = 0.3
-    """... and where they do so along more than this share of all borders, and there are many
-    crumbs after a round, there are no more rounds, and patches are tried first."""
+    """... fewer than this are rounds and bosses of a part that has faces ..."""
+    max_loose: float = 0.3
+    """... and if there are more, and more than this share of the smooth regions is no larger piece
+    of a primitive, it is a sculpture: patches are tried first."""
+    ring_gap: float = 2.0
+    """Gaps of a narrow face round an axis are closed over patches so near to it, in spacings."""
+    step_height: float = 0.5
+    """Parallel planes with a border, farther apart than this, have the wall of a step between
+    them, in spacings ..."""
+    max_step_height: float = 4.0
+    """... and nearer than this: of a higher one enough points are left to find it, in spacings."""
+    step_sides: int = 6
+    """Shortest border along which the wall of a step is looked for, in patches."""
     rounds: int = 3
     """Rounds of fitting, merging and optimising the borders."""
 
@@ -155,7 +161,9 @@ class LocateOptions:
     """Corners and creases on the fitted surfaces."""
 
     smooth_angle_deg: float = 12.0
-    """A border whose two surfaces meet at less than this is tangent, not sharp."""
+    """A border whose two surfaces meet at less than this is tangent, not sharp ..."""
+    sculpture_angle_deg: float = 25.0
+    """... and on a sculpture, whose surfaces are less certain, at less than this."""
     corner_gap: float = 0.3
     """Largest distance of a corner to its surfaces, in spacings."""
     corner_cloud_distance: float = 1.6

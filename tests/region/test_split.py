@@ -43,7 +43,7 @@ def split(graph, options=None):
     noise = np.full(len(graph), SIGMA)
     return split_into_surfaces(
         label, graph, is_sharp, noise, options or RegionOptions(), FitOptions()
-    )
+    ).label
 
 
 @pytest.mark.parametrize("turns", [(0.0, 11.0), (-25.0, 11.0, 13.0, 11.0)])
@@ -61,3 +61,51 @@ def test_planes_that_meet_at_few_degrees_stay_planes(turns, width):
 def test_one_plane_is_not_split():
     graph, _ = profile((0.0,), 40, 50)
     assert len(np.unique(split(graph))) == 1
+
+
+def waves(n=60, length=40.0, height=1.5):
+    """The graph of a sheet with bumps, of which primitives explain small pieces."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(n) + 0.5, np.arange(n) + 0.5))
+    k = 2.0 * np.pi / length
+    points = np.stack([x, y, height * np.sin(k * x) * np.sin(k * y)], axis=1)
+    slope = height * k
+    normals = np.stack(
+        [
+            -slope * np.cos(k * x) * np.sin(k * y),
+            -slope * np.sin(k * x) * np.cos(k * y),
+            np.ones(n * n),
+        ],
+        axis=1,
+    )
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    index = np.arange(n * n).reshape(n, n)
+    pairs = np.concatenate(
+        [
+            np.column_stack([index[1:].ravel(), index[:-1].ravel()]),
+            np.column_stack([index[:, 1:].ravel(), index[:, :-1].ravel()]),
+        ]
+    )
+    return PatchGraph(points, normals, pairs, 1.0)
+
+
+def parted(graph, options):
+    m = len(graph)
+    noise, is_sharp = np.full(m, 0.03), np.zeros(m, dtype=bool)
+    return split_into_surfaces(
+        np.zeros(m, dtype=np.int64), graph, is_sharp, noise, options, FitOptions()
+    )
+
+
+def test_a_sculpture_is_left_whole():
+    graph = waves()
+    found = parted(graph, RegionOptions(many_crumbs=10))
+    assert found.is_sculpture
+    assert not found.label.any()
+
+
+def test_few_crumbs_or_little_left_are_no_sculpture():
+    graph = waves()
+    few = parted(graph, RegionOptions(many_crumbs=200))
+    assert not few.is_sculpture
+    assert len(np.unique(few.label)) > 10
+    assert not parted(graph, RegionOptions(many_crumbs=10, max_loose=0.9)).is_sculpture

@@ -13,7 +13,9 @@ from crispline.surface.base import Array
 OUT_OF_REACH = 1e3
 """Cost of a patch that a region may not take."""
 
-_MISFIT_CAP = 8.0  # squared residuals over 2 sigma^2 count no more than this
+MISFIT_CAP = 8.0
+"""Squared residuals over 2 sigma^2 count no more than this."""
+
 _TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight (1 - cos), capped
 
 
@@ -64,7 +66,7 @@ class Claim:
         graph = self._evidence.graph
         sigma = self._evidence.patch_noise[patches, None]
         distance = self._evidence.misfit(self._fit, patches)
-        data = np.minimum(distance**2 / (2.0 * sigma**2), _MISFIT_CAP).mean(axis=1)
+        data = np.minimum(distance**2 / (2.0 * sigma**2), MISFIT_CAP).mean(axis=1)
         directions = self._fit.surface.project(graph.points[patches])[1] * self._fit.orientation
         turn = 1.0 - np.einsum("ij,ij->i", directions, graph.normals[patches])
         self._has_patch[patches] = True

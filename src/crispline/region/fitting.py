@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crispline.fit.choose import KINDS, Fit, choose_surface, refit
+from crispline.fit.choose import KINDS, choose_surface, refit
 from crispline.net.halfedge import HalfEdges
 from crispline.options import FitOptions
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
+from crispline.surface import Surface
 from crispline.surface.base import Array
 
 _MIN_POINTS = 30
@@ -113,13 +114,25 @@ def fit_regions(
         if fit is None:
             kinds = KINDS if len(points) >= 2 * _MIN_POINTS else KINDS[:-1]
             fit = choose_surface(points, normals, sigma, options, kinds, clearance)
-        fits[region] = _region_fit(fit, points, normals), fingerprint
+        fits[region] = (
+            _region_fit(fit.surface, points, normals, fit.is_accepted),
+            fingerprint,
+        )
     return fits
 
 
-def _region_fit(fit: Fit, points: Array, normals: Array) -> RegionFit:
+def held_fit(surface: Surface, patches: Labels, evidence: Evidence) -> RegionFit:
+    """A surface that is known from elsewhere, with the raw points of some patches."""
+    members = np.isin(evidence.patch, patches)
+    if not members.any():
+        graph = evidence.graph
+        return _region_fit(surface, graph.points[patches], graph.normals[patches], True)
+    return _region_fit(surface, evidence.points[members], evidence.normals[members], True)
+
+
+def _region_fit(surface: Surface, points: Array, normals: Array, is_accepted: bool) -> RegionFit:
     """Attach points and the outward side to a surface."""
-    feet, directions = fit.surface.project(points)
+    feet, directions = surface.project(points)
     side = 1 if float(np.einsum("ij,ij->", directions, normals)) >= 0.0 else -1
     residuals = np.einsum("ij,ij->i", points - feet, directions)
-    return RegionFit(fit.surface, side, points, residuals, fit.is_accepted)
+    return RegionFit(surface, side, points, residuals, is_accepted)

@@ -42,7 +42,9 @@ def resolved(
     for region in names[sizes <= options.max_pruned_patches].tolist():
         if region not in candidates:
             continue
-        trial = split_into_surfaces(label, graph, is_sharp, noise, options, fit_options, [region])
+        trial, _ = split_into_surfaces(
+            label, graph, is_sharp, noise, options, fit_options, [region]
+        )
         members = np.flatnonzero(label == region)
         parts = [members[trial[members] == n] for n in range(label.max() + 1, trial.max() + 1)]
         if not 1 < len(parts) <= _MAX_PARTS:

@@ -17,6 +17,7 @@ from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
+from crispline.region.narrow import with_narrow_faces
 from crispline.region.patches import Labels
 from crispline.region.prune import prune_regions
 from crispline.region.regionfit import RegionFit
@@ -37,7 +38,7 @@ class Segmentation:
     ----------
     label : region of every patch, 0, 1, ..., shape ``(m,)``.
     fits : surface of every region.
-    has_faces : whether the regions are faces of the part, see :func:`finds_faces`.
+    has_faces : whether the regions are faces of the part, not those of a sculpture.
     """
 
     label: Labels
@@ -56,8 +57,9 @@ def segment(
     """Basins between the sharp bands, split into surfaces, refined against the raw points.
 
     Each round fits every region, merges what one surface explains, and moves
-    the borders to where the surfaces put them. Where the first round explains
-    next to nothing, more rounds do not either: a sculpture has no faces.
+    the borders to where the surfaces put them. A sculpture has no faces: where the
+    smooth regions fall into crumbs there is no round, and where one explains next to
+    nothing no more.
 
     Parameters
     ----------
@@ -68,8 +70,8 @@ def segment(
     graph = evidence.graph
     label = basins(graph.points, graph.normals, graph.pairs, is_sharp, graph.edge_length, options)
     patch_sigma = options.patch_noise * evidence.patch_noise
-    label = split_into_surfaces(label, graph, is_sharp, patch_sigma, options, fit_options)
-    label = tidy(label, quads, options.min_patches)
+    split = split_into_surfaces(label, graph, is_sharp, patch_sigma, options, fit_options)
+    label = tidy(split.label, quads, options.min_patches)
     known: dict[int, tuple[RegionFit, int]] = {}
     refused: dict[tuple[int, int], tuple[int, int]] = {}
 
@@ -83,7 +85,7 @@ def segment(
     draft = replace(fit_options, max_points=options.draft_points)
     before: dict[int, RegionFit] = {}
     spoilt: set[int] = set()
-    for round_number in range(options.rounds):
+    for round_number in range(0 if split.is_sculpture else options.rounds):
         labelled, fits = fitted(draft)
         spoilt |= {region for region, fit in fits.items() if _is_spoilt(fit, before.get(region))}
         apart = resolved(label, spoilt, graph, is_sharp, patch_sigma, options, draft)
@@ -118,14 +120,24 @@ def segment(
             label = release_swallowed(label, fits, evidence, options)
             label = split_into_surfaces(
                 label, graph, is_sharp, patch_sigma, options, draft, _unexplained(label, fits)
-            )
+            ).label
         label = tidy(label, quads, options.min_patches)
     _, fits = fitted(fit_options)
+    has_faces = not split.is_sculpture
+    has_faces &= explained_share(label, fits) >= options.min_explained
+    if has_faces:
+
+        def refitted(new: Labels) -> dict[int, RegionFit]:
+            nonlocal label
+            label = new
+            return fitted(fit_options)[1]
+
+        label, fits = with_narrow_faces(label, fits, refitted, evidence, quads, options)
     names = np.unique(label)
     return Segmentation(
         consecutive(label),
         {int(np.searchsorted(names, r)): fit for r, fit in fits.items()},
-        finds_faces(label, fits, options),
+        has_faces,
     )
 
 
@@ -133,22 +145,6 @@ def explained_share(label: Labels, fits: Mapping[int, RegionFit]) -> float:
     """Share of the patches whose region's points lie on its surface but for the noise."""
     accepted = [region for region, fit in fits.items() if fit.is_accepted]
     return float(np.isin(label, accepted).mean())
-
-
-def finds_faces(label: Labels, fits: Mapping[int, RegionFit], options: RegionOptions) -> bool:
-    """Whether surfaces explain enough of the net, and not by crumbs.
-
-    Spheres, cones and tori small enough explain any smooth surface piece by piece: a
-    sculpture is not made of these.
-    """
-    size = np.bincount(label, minlength=max(fits) + 1)
-    crumbs = [
-        region
-        for region, fit in fits.items()
-        if size[region] < options.crumb_patches and fit.surface.kind != "plane"
-    ]
-    is_crumbled = len(crumbs) >= options.many_crumbs and 2 * size[crumbs].sum() > len(label)
-    return bool(explained_share(label, fits) >= options.min_explained and not is_crumbled)
 
 
 def _is_spoilt(fit: RegionFit, before: RegionFit | None) -> bool:

@@ -7,6 +7,7 @@ one face and begins the next is not a crease but another surface.
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,19 @@ _CLEARLY_MORE = 1.05
 _SHARED = 0.3  # planes that share more patches are one
 
 
+class Split(NamedTuple):
+    """What became of the regions.
+
+    Attributes
+    ----------
+    label : region of every patch, shape ``(m,)``.
+    is_sculpture : whether the smooth regions are free forms, which were left as they are.
+    """
+
+    label: Labels
+    is_sculpture: bool
+
+
 def split_into_surfaces(
     label: Labels,
     graph: PatchGraph,
@@ -38,13 +52,14 @@ def split_into_surfaces(
     options: RegionOptions,
     fit_options: FitOptions,
     only: Collection[int] | None = None,
-) -> Labels:
-    """Labels after splitting every region that no primitive explains, shape ``(m,)``.
+) -> Split:
+    """Split every region that no primitive explains.
 
     A region is kept whole if one primitive passes on it. Otherwise primitives
     are grown from seeds, largest clearance first; what is left over in pieces
     of ``options.min_free_patches`` or more stays together as free form, the
-    rest goes to its neighbours.
+    rest goes to its neighbours. Where the largest regions fall into crumbs, none is split:
+    a sculpture is made of free forms.
 
     Parameters
     ----------
@@ -52,33 +67,46 @@ def split_into_surfaces(
     only : regions to look at; the others stay whole.
     """
     near_crease = graph.rings(is_sharp, 1)
-    new = label.copy()
-    fresh = int(label.max()) + 1
-    for region in np.unique(label).tolist() if only is None else sorted(only):
+    regions = np.unique(label) if only is None else np.array(sorted(only), dtype=np.int64)
+    size = np.bincount(label)[regions]
+    found: dict[int, list[NDArray[np.int64]]] = {}
+    n_seen = n_in_faces = n_crumbs = 0
+    for region in regions[np.argsort(-size, kind="stable")].tolist():
         members = np.flatnonzero(label == region)
         sigma = float(np.median(noise[members]))
         inner = _inner(members, near_crease, is_sharp, options.min_patches)
+        n_seen += len(members)
         if len(inner) < options.min_patches or _is_one_primitive(inner, graph, sigma, fit_options):
+            n_in_faces += len(members)
             continue
-        parts = _grown_primitives(members, inner, graph, sigma, options)
-        rest = np.zeros(len(label), dtype=bool)
-        rest[members] = True
+        found[region] = _grown_primitives(members, inner, graph, sigma, options)
+        faces = [len(part) for part in found[region] if len(part) >= options.crumb_patches]
+        n_in_faces += sum(faces)
+        n_crumbs += len(found[region]) - len(faces)
+        is_loose = n_seen - n_in_faces > options.max_loose * n_seen
+        if only is None and n_crumbs >= options.many_crumbs and is_loose:
+            return Split(label, is_sculpture=True)
+    new = label.copy()
+    fresh = int(label.max()) + 1
+    for region, parts in sorted(found.items()):
+        rest = label == region
         for part in parts:
             rest[part] = False
         new[rest] = -1
         piece = components(graph.adjacency, rest)
         names, sizes = np.unique(piece[rest], return_counts=True)
-        parts += [
+        pieces = [
             np.flatnonzero(rest & (piece == name))
-            for name, size in zip(names, sizes, strict=True)
-            if size >= options.min_free_patches or (not parts and size == sizes.max())
+            for name, n in zip(names, sizes, strict=True)
+            if n >= options.min_free_patches or (not parts and n == sizes.max())
         ]
-        for part in parts:
+        for part in (*parts, *pieces):
             new[part] = fresh
             fresh += 1
     within = label[graph.pairs[:, 0]] == label[graph.pairs[:, 1]]
     new = grow_into_gaps(new, graph.pairs[within], graph.points, graph.normals)
-    return grow_into_gaps(new, graph.pairs, graph.points, graph.normals)
+    new = grow_into_gaps(new, graph.pairs, graph.points, graph.normals)
+    return Split(new, is_sculpture=False)
 
 
 def _inner(
@@ -116,7 +144,11 @@ def _grown_primitives(
     sigma: float,
     options: RegionOptions,
 ) -> list[NDArray[np.int64]]:
-    """Patches of the primitives found by growing seeds within ``members``, largest seeds first."""
+    """Patches of the primitives found by growing seeds within ``members``, largest seeds first.
+
+    As the widest places come first, faces are found early if there are any: where only
+    crumbs were found on most of the region, it is left as it is.
+    """
     ground = Ground(
         graph.points[members],
         graph.normals[members],
@@ -129,10 +161,11 @@ def _grown_primitives(
     )
     may_seed = np.isin(members, inner)
     parts: list[NDArray[np.int64]] = []
-    while True:
+    n_crumbs = 0
+    while n_crumbs < options.many_crumbs or 2 * np.count_nonzero(ground.is_free) < len(members):
         seed = _clearest(ground, may_seed & ground.is_free)
         if seed is None:
-            return [members[part] for part in parts]
+            break
         start = _ball(ground, seed, options.seed_patches)
         best: NDArray[np.int64] | None = None
         most, is_bent = 0.0, False
@@ -145,13 +178,16 @@ def _grown_primitives(
         if best is not None and is_bent:
             # The middle of two planes is their edge: what is seeded there spans both.
             flat, worth = _two_planes(best, ground, options.seed_patches)
-            best = flat if worth > _CLEARLY_MORE * most else best
+            if worth > _CLEARLY_MORE * most:
+                best, is_bent = flat, False
+        n_crumbs += best is None or (is_bent and len(best) < options.crumb_patches)
         if best is None or len(best) < options.min_free_patches:
             may_seed[start] = False
             may_seed[seed] = False
             continue
         parts.append(best)
         ground = ground.without(best)
+    return [members[part] for part in parts]
 
 
 def _clearest(ground: Ground, may_seed: NDArray[np.bool_]) -> int | None:

@@ -1,0 +1,89 @@
+"""Narrow faces that the faces beside them tell of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from crispline.net.graph import components
+from crispline.net.halfedge import HalfEdges
+from crispline.options import RegionOptions
+from crispline.region.cleanup import tidy
+from crispline.region.evidence import Evidence
+from crispline.region.expand import expand_regions
+from crispline.region.fitting import held_fit
+from crispline.region.patches import Labels, PatchGraph
+from crispline.region.regionfit import RegionFit
+from crispline.region.ring import with_rings
+from crispline.region.step import with_step_walls
+
+Refit = Callable[[Labels], Mapping[int, RegionFit]]
+
+
+def with_narrow_faces(
+    label: Labels,
+    fits: Mapping[int, RegionFit],
+    refit: Refit,
+    evidence: Evidence,
+    quads: HalfEdges,
+    options: RegionOptions,
+) -> tuple[Labels, dict[int, RegionFit]]:
+    """Labels and fits with the rings about known axes, then with the walls of low steps.
+
+    Their surfaces stay as the neighbours hold them; the others are fitted again.
+
+    Parameters
+    ----------
+    refit : the surface of every region of new labels.
+    """
+    new, rings = with_rings(label, fits, evidence, options)
+    if rings:
+        new = expand_regions(new, {**fits, **rings}, evidence, options)
+        new = closed_rings(new, rings, evidence.graph, options)
+        label = tidy(new, quads, options.min_patches)
+        fits = _held(refit(label), rings, label, new, evidence)
+    new, walls = with_step_walls(label, fits, evidence, options)
+    if walls:
+        label = tidy(new, quads, options.min_patches)
+        fits = _held(refit(label), {**rings, **walls}, label, new, evidence)
+    return label, dict(fits)
+
+
+def closed_rings(
+    label: Labels, rings: Mapping[int, RegionFit], graph: PatchGraph, options: RegionOptions
+) -> Labels:
+    """Labels after closing the gaps through which the neighbours of a ring touch.
+
+    Where a face is a patch wide, noise breaks it into pieces; the larger faces that have most of
+    its border touch there.
+    """
+    label = label.copy()
+    for name, fit in rings.items():
+        own = label == name
+        beside, sides = np.unique(label[graph.rings(own, 1) & ~own], return_counts=True)
+        if len(beside) < 2:
+            continue
+        pair = beside[np.argsort(-sides, kind="stable")[:2]]
+        touching = (np.sort(label[graph.pairs], axis=1) == np.sort(pair)).all(axis=1)
+        gap = np.zeros(len(label), dtype=bool)
+        gap[graph.pairs[touching]] = True
+        gap &= np.abs(fit.surface.signed_distance(graph.points)) < options.ring_gap
+        piece = components(graph.adjacency, own | gap)
+        label[gap & np.isin(piece, piece[own])] = name
+    return label
+
+
+def _held(
+    fits: Mapping[int, RegionFit],
+    known: Mapping[int, RegionFit],
+    label: Labels,
+    before: Labels,
+    evidence: Evidence,
+) -> dict[int, RegionFit]:
+    """The fits with those known, also on the pieces that a region has been cut into."""
+    held = {**fits, **{region: fit for region, fit in known.items() if region in fits}}
+    for region, fit in known.items():
+        for piece in np.setdiff1d(label[before == region], before).tolist():
+            held[piece] = held_fit(fit.surface, np.flatnonzero(label == piece), evidence)
+    return held
