@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import crispline
+from crispline.errors import ReconstructionError
 from crispline.options import Options
 
 CREASE_DEG = 60.0
@@ -76,3 +77,14 @@ def test_two_boxes_are_two_solids():
     assert result.solid.check.n_solids == 2
     assert len(result.faces) == 12
     assert result.solid.check.volume == pytest.approx(2000.0, rel=0.02)
+
+
+def test_a_net_that_thin_walls_tear_is_refused_before_anything_is_fitted(monkeypatch):
+    rng = np.random.default_rng(2)
+    points = rng.uniform(0.0, 30.0, (1800, 3))
+    points[:, 2] = 0.8 * (np.arange(1800) % 2)
+    points += 0.16 * rng.normal(size=points.shape)
+    monkeypatch.setattr("crispline.net.halfedge.HalfEdges.tears", lambda _: 30)
+    monkeypatch.setattr("crispline.features.segment", lambda *_: pytest.fail("went on"))
+    with pytest.raises(ReconstructionError, match=r"torn at 30 places: .* under 2 spacings"):
+        crispline.reconstruct(points)

@@ -12,6 +12,7 @@ from crispline.cloud.noise import noise_levels
 from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.thin import thin_walls
 from crispline.cloud.working import working_cloud
+from crispline.errors import ReconstructionError
 from crispline.net.halfedge import half_edges
 from crispline.net.orientation import oriented_normals
 from crispline.net.quads import quad_net
@@ -51,7 +52,13 @@ class Features:
 
 
 def located_features(points: object, options: Options, watch: Stopwatch) -> Features:
-    """From the cloud to the located edges and corners; see :func:`crispline.reconstruct`."""
+    """From the cloud to the located edges and corners; see :func:`crispline.reconstruct`.
+
+    Raises
+    ------
+    ReconstructionError
+        Thin walls tear the net: no surface found on it would be one of the part.
+    """
     threads = options.threads or -1
     given = PointCloud.from_any(points)
     watch.stage("cloud", 0.0)
@@ -64,6 +71,8 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     watch.stage("net", 0.1)
     net = quad_net(cloud, normals, options.net, threads)
     quads = half_edges(net.quads, len(net.vertices))
+    if walls and (n_rims := quads.tears()):
+        raise ReconstructionError(f"the net over the points is torn at {n_rims} places: {walls}")
     watch.stage("curvature", 0.4)
     centres = patch_centres(net.vertices, net.quads)
     graph = PatchGraph(centres.point, centres.normal, quads.pairs(), net.edge_length)
@@ -79,11 +88,22 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     )
     watch.stage("edges", 0.8)
     topology = border_topology(quads, regions.label)
-    fits = regions.fits
+    fits, accepted = regions.fits, options.locate
     if regions.has_faces:
-        fits = adjusted(topology, net.vertices, fits, sigma, options.fit, options.locate)
-    fits = blended(topology, net.vertices, fits, sigma, options.fit, options.locate)
-    located = locate(topology, net.vertices, fits, cloud.tree, sigma, options.locate)
+        fits = adjusted(topology, net.vertices, fits, sigma, options.fit, accepted)
+        fits = blended(topology, net.vertices, fits, sigma, options.fit, accepted)
+    else:  # the model is made of patches, which have sharp edges only, and clear ones
+        clear = max(accepted.smooth_angle_deg, accepted.sculpture_angle_deg)
+        accepted = replace(accepted, smooth_angle_deg=clear)
+    located = locate(
+        topology,
+        net.vertices,
+        fits,
+        cloud.tree,
+        sigma,
+        accepted,
+        only_sharp=not regions.has_faces,
+    )
     smooth = settled(net, regions.label, fits, options.locate.settle_move)
     patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
     places = cloud.to_user.points(net.vertices)
@@ -106,7 +126,7 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
             *net.notes,
             *([strays] if strays else []),
             *([opening] if opening else rims),
-            *(d.sentence(cloud.to_user) for d in located.doubts),
+            *(d.sentence(cloud.to_user) for d in located.doubts if regions.has_faces),
         ),
         patch_kinds=detection.kinds(),
         plain_vertices=cloud.to_user.points(net.vertices),

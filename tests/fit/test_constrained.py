@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from crispline.fit.constrained import Adjustment, estimate, is_proper
+from crispline.fit.constrained import Adjustment, Estimate, estimate, is_proper
 from crispline.fit.cylinder import fit_cylinder
 from crispline.fit.regularize import Regularity
 from crispline.fit.sphere import fit_sphere
@@ -74,6 +74,26 @@ def test_relations_that_follow_from_others_cost_nothing_and_forgotten_ones_do_no
     assert np.ptp(radii) < 1e-9
     adjustment.forget(2)
     assert sorted(adjustment.solved()) == [0, 1]
+
+
+def test_the_iteration_ends_where_a_surface_is_none_any_more():
+    """The linear step towards one radius takes a loosely held ball below zero."""
+
+    class Logarithms(Regularity):
+        """Equal radii, by an equation that is far from linear."""
+
+        def values(self, first, second):
+            radii = [max(surface.radius, 1e-3) for surface in (first, second)]
+            return np.array([np.log(radii[0] / radii[1])])
+
+    firm = Estimate("sphere", Sphere(np.zeros(3), 0.3), 1e3 * np.eye(4))
+    loose = Estimate("sphere", Sphere(np.ones(3), 1.0), 0.1 * np.eye(4))
+    adjustment = Adjustment({0: firm, 1: loose})
+    assert adjustment.propose(Logarithms((0, 1), "equal radius"))
+    solved = adjustment.solved()
+    assert not is_proper(solved[1])
+    assert solved[1].radius == pytest.approx(1.0 - np.log(1.0 / 0.3), abs=1e-3)
+    assert solved[0].radius == pytest.approx(0.3, abs=1e-3)
 
 
 def test_free_forms_and_open_parameters_have_no_estimate(patches):

@@ -96,3 +96,17 @@ def test_components_within_a_set(nets):
     assert len(set(piece[:4])) == 1
     assert len(set(piece[8:])) == 1
     assert len(set(piece)) == 2 + 4
+
+
+def test_a_sieve_is_torn_and_a_sheet_with_a_few_holes_is_not():
+    n, pitch = 30, 6
+    row, column = (index.ravel() for index in np.mgrid[:n, :n])
+    corner = row * (n + 1) + column
+    quads = np.stack([corner, corner + 1, corner + n + 2, corner + n + 1], axis=1)
+    hole = (row % pitch == 2) & (column % pitch == 2)
+    sieve = half_edges(quads[~hole], (n + 1) ** 2)
+    assert sieve.tears() == (n // pitch) ** 2 + 1
+    few = half_edges(quads[~(hole & (row < 3 * pitch))], (n + 1) ** 2)
+    assert few.tears() == 0
+    places = np.stack((*np.divmod(np.arange((n + 1) ** 2), n + 1), np.zeros((n + 1) ** 2)), axis=1)
+    assert sieve.rims(places).endswith("26 free borders, the longest 120 long")

@@ -81,7 +81,7 @@ class Network:
         shift /= np.linalg.norm(shift, axis=1, keepdims=True)
         return np.array(self.vertices) + self.raggedness * rng.random((len(shift), 1)) * shift
 
-    def located(self, motion=None, options=None):
+    def located(self, motion=None, options=None, **only):
         motion = motion or Similarity(1.0, np.eye(3), np.zeros(3))
         regions = {
             label: replace(fit, surface=fit.surface.transformed(motion))
@@ -90,7 +90,7 @@ class Network:
         cloud = cKDTree(motion.points(np.vstack(self.truth)))
         net_vertices = motion.points(self.net_vertices())
         found = locate(
-            self.topology(), net_vertices, regions, cloud, 0.0, options or LocateOptions()
+            self.topology(), net_vertices, regions, cloud, 0.0, options or LocateOptions(), **only
         )
         return found.model, tuple(doubt.sentence(motion) for doubt in found.doubts)
 

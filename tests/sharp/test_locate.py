@@ -67,6 +67,27 @@ def test_tangent_fillet_is_recovered_exactly(shapes, radius, raggedness, seed):
         assert edge.gap < 1e-9
 
 
+def test_smooth_borders_may_be_left_where_the_net_has_them(shapes):
+    network = shapes["box_with_fillet"](1.0, 1, 3.0)
+    full, _ = network.located()
+    model, warnings = network.located(only_sharp=True)
+    assert warnings == ()
+    assert_consistent(model)
+    assert [edge.is_sharp for edge in model.edges] == [edge.is_sharp for edge in full.edges]
+    for edge, truth, exact in zip(model.edges, network.truth, full.edges, strict=True):
+        if not edge.is_sharp:
+            assert edge.curve.kind != exact.curve.kind
+            assert np.linalg.norm(edge.curve.samples(9) - exact.curve.samples(9), axis=1).max() < 2
+        elif exact.start in sharp_only(full) and exact.end in sharp_only(full):
+            np.testing.assert_allclose(edge.curve.samples(2), truth[[0, -1]], atol=1e-9)
+
+
+def sharp_only(model):
+    """Vertices at which only sharp edges end."""
+    smooth = {v for edge in model.edges if not edge.is_sharp for v in (edge.start, edge.end)}
+    return set(range(len(model.vertices))) - smooth
+
+
 @pytest.mark.parametrize("lift", [0.1, -0.1])
 def test_a_fillet_that_misses_its_plane_keeps_a_clean_border(shapes, lift):
     model, warnings = shapes["box_with_fillet"](1.0, 1, 5.0, lift).located()

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from tangent_cylinder import fit_cylinder_tangent_to_planes
 
+from crispline.fit.constrained import differences, estimate
 from crispline.fit.cylinder import fit_cylinder
 from crispline.fit.plane import fit_plane
 from crispline.options import FitOptions, LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Chain, Topology
-from crispline.sharp.tangency import adjusted
-from crispline.surface import Plane
+from crispline.sharp.tangency import Tangency, adjusted
+from crispline.surface import Cone, Cylinder, Plane, Sphere, Torus
 
 SIGMA = 0.2
 LENGTH = 40.0
@@ -92,6 +93,30 @@ def test_firm_planes_give_the_rolling_ball():
     spread = abs(start.surface.radius - ball.radius)
     assert spread > 0.05
     assert after[2].surface.radius == pytest.approx(ball.radius, abs=0.2 * spread)
+
+
+ORIGIN, UP = np.zeros(3), np.array([0.0, 0.0, 1.0])
+LEANING = np.array([0.6, 0.0, 0.8])
+KINDS = [
+    Plane(ORIGIN, LEANING),
+    Cylinder(ORIGIN, LEANING, 5.0),
+    Sphere(ORIGIN, 5.0),
+    Cone(-9.0 * UP, LEANING, 0.5),
+    Torus(ORIGIN, LEANING, 6.0, 2.0),
+]
+
+
+@pytest.mark.parametrize("position", [0, 1])
+@pytest.mark.parametrize("surface", KINDS, ids=lambda surface: surface.kind)
+def test_the_derivatives_of_a_gap_are_its_differences(surface, position):
+    rng = np.random.default_rng(8)
+    points = surface.project(rng.uniform(2.0, 7.0, (60, 3)))[0]
+    pair = [estimate(Plane(ORIGIN, UP), rng.normal(size=(60, 3)), SIGMA)] * 2
+    pair[position] = estimate(surface, points, SIGMA)
+    tangency = Tangency((0, 1), (1, -1), rng.uniform(2.0, 7.0, (9, 3)))
+    found = tangency.derivatives(tuple(pair), position)
+    assert found.shape == (9, len(pair[position].factor))
+    np.testing.assert_allclose(found, differences(tangency, tuple(pair), position), atol=1e-7)
 
 
 def test_a_kink_that_the_points_show_is_kept():

@@ -22,7 +22,7 @@ _PACKING = 0.64
 each point beyond one that goes with every picked one: measured, for 2 to 20 of them."""
 _LEAST = 1.5
 _MAX_ROUNDS = 2  # noise that neighbouring points share falls more slowly
-_MAX_THIN = 0.1  # share of the points that see the other side of a wall
+_MAX_THIN = 0.03  # share of the points that see the other side of a wall
 _BLOCK = 20_000  # points whose neighbourhoods are held at a time
 
 

@@ -13,7 +13,7 @@ section 5.1.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -44,6 +44,9 @@ MODELS: Mapping[str, DistanceModel[Any]] = {
     "torus": torus.MODEL,
 }
 
+System = tuple[Array, Array]
+"""Values of equations ``(k,)`` and their derivatives by all whitened parameters ``(k, P)``."""
+
 
 class Relation(Protocol):
     """Equations between two surfaces."""
@@ -57,6 +60,9 @@ class Relation(Protocol):
 
     def values(self, first: Surface, second: Surface) -> Array:
         """What is zero where the relation holds, shape ``(k,)``, in spacings or the like."""
+
+    def derivatives(self, pair: Pair, position: int) -> Array:
+        """Of the values, by the parameters of one of the two surfaces, shape ``(k, p)``."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,14 @@ class Estimate:
     def moved(self, step: Array) -> Estimate:
         """After a step ``(p,)`` of the parameters."""
         return replace(self, shape=MODELS[self.kind].move(self.shape, step))
+
+    def distance_derivatives(self, points: Array) -> Array:
+        """Of the signed distances of points ``(n, 3)``, by the parameters, shape ``(n, p)``."""
+        derivatives: Array = MODELS[self.kind].linearise(self.shape, points)[1]
+        return derivatives
+
+
+Pair = tuple[Estimate, Estimate]
 
 
 def estimate(surface: Surface, points: Array, sigma: float) -> Estimate | None:
@@ -136,18 +150,18 @@ class Adjustment:
             for name, end, size in zip(self._estimates, ends, sizes, strict=True)
         }
         self._n_parameters = int(sum(sizes))
-        self._relations: list[Relation] = []
+        self._accepted: list[tuple[Relation, System]] = []  # linearised at the estimates
         self._rows = np.empty((0, self._n_parameters))  # orthonormal
         self._solution = np.zeros(self._n_parameters)
 
     @property
     def relations(self) -> tuple[Relation, ...]:
         """Those accepted."""
-        return tuple(self._relations)
+        return tuple(relation for relation, _ in self._accepted)
 
     def propose(self, relation: Relation) -> bool:
         """Accept a relation if noise explains what it costs on top of those accepted before."""
-        values, rows = self._linearised(relation)
+        values, rows = system = self._linearised(relation, self._estimates)
         if not (np.isfinite(values).all() and np.isfinite(rows).all()):
             return False
         values = values + rows @ self._solution
@@ -164,26 +178,30 @@ class Adjustment:
                 return False
             self._solution = self._solution + steps @ right[is_free]
             self._rows = np.vstack([self._rows, right[is_free]])
-        self._relations.append(relation)
+        self._accepted.append((relation, _independent(*system)))
         return True
 
     def forget(self, name: int) -> None:
         """Give up all relations of one surface."""
-        self._relations = [r for r in self._relations if name not in r.members]
+        self._accepted = [pair for pair in self._accepted if name not in pair[0].members]
 
     def solved(self) -> dict[int, Surface]:
         """The surfaces that meet all accepted relations, by Newton's method.
 
         Only of members of a relation. Relations that contradict each other by less
-        than is known of the surfaces are met in the mean.
+        than is known of the surfaces are met in the mean. Ends with the first step that
+        leaves a surface improper: one that its points hold so loosely takes all others
+        with it if it goes on.
         """
         estimates = dict(self._estimates)
-        for _ in range(_MAX_NEWTON_STEPS):
-            systems = [
-                _independent(*self._linearised(relation, estimates)) for relation in self._relations
-            ]
-            if not systems:
-                return {}
+        touched = sorted({name for relation in self.relations for name in relation.members})
+        systems = [system for _, system in self._accepted]
+        for count in range(_MAX_NEWTON_STEPS if systems else 0):
+            if count:
+                systems = [
+                    _independent(*self._linearised(relation, estimates))
+                    for relation in self.relations
+                ]
             values = np.concatenate([value for value, _ in systems])
             rows = np.vstack([row for _, row in systems])
             if not np.isfinite(rows).all():
@@ -191,34 +209,32 @@ class Adjustment:
             left, lengths, right = np.linalg.svd(rows, full_matrices=False)
             is_free = lengths > _KNOWN
             step = -right[is_free].T @ ((left.T @ values)[is_free] / lengths[is_free])
-            for name in estimates:
+            for name in touched:
                 estimates[name] = estimates[name].moved(self._unwhitened(name, step))
-            if float(np.linalg.norm(step)) < _CONVERGED * np.sqrt(self._n_parameters):
+            is_at_rest = np.linalg.norm(step) < _CONVERGED * np.sqrt(self._n_parameters)
+            if is_at_rest or not all(is_proper(estimates[name].surface) for name in touched):
                 break
-        touched = sorted({name for relation in self._relations for name in relation.members})
         return {name: estimates[name].surface for name in touched}
 
     def _unwhitened(self, name: int, step: Array) -> Array:
         return np.asarray(solve_triangular(self._estimates[name].factor, step[self._places[name]]))
 
-    def _linearised(
-        self, relation: Relation, estimates: Mapping[int, Estimate] | None = None
-    ) -> tuple[Array, Array]:
+    def _linearised(self, relation: Relation, estimates: Mapping[int, Estimate]) -> System:
         """Values ``(k,)`` and their derivatives by all whitened parameters, shape ``(k, P)``."""
-        estimates = self._estimates if estimates is None else estimates
-        pair = [estimates[name] for name in relation.members]
+        first, second = relation.members
+        pair = estimates[first], estimates[second]
         relation = relation.at(pair[0].surface, pair[1].surface)
         values = relation.values(pair[0].surface, pair[1].surface)
         rows = np.zeros((len(values), self._n_parameters))
         for position, name in enumerate(relation.members):
-            columns = _derivatives(relation, pair, position)
+            columns = relation.derivatives(pair, position)
             rows[:, self._places[name]] = solve_triangular(
                 estimates[name].factor, columns.T, trans="T"
             ).T
         return values, rows
 
 
-def _independent(values: Array, rows: Array) -> tuple[Array, Array]:
+def _independent(values: Array, rows: Array) -> System:
     """As many equations as are independent, in place of those of one relation."""
     if not np.isfinite(rows).all():
         return values, rows
@@ -227,7 +243,7 @@ def _independent(values: Array, rows: Array) -> tuple[Array, Array]:
     return (left.T @ values)[is_free], lengths[is_free, None] * right[is_free]
 
 
-def _derivatives(relation: Relation, pair: Sequence[Estimate], position: int) -> Array:
+def differences(relation: Relation, pair: Pair, position: int) -> Array:
     """Central differences of a relation's values by the parameters of one member, ``(k, p)``."""
     columns = []
     for step in _DIFFERENCE * np.eye(len(pair[position].factor)):

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from crispline.fit.constrained import Adjustment
+from crispline.fit.constrained import Adjustment, Pair, differences
 from crispline.surface import Cone, Cylinder, Plane, Sphere, Surface, Torus
 from crispline.surface.base import Array
 
@@ -57,6 +57,10 @@ class Regularity:
         if self.kind == "parallel":
             return turn
         return np.concatenate([turn, np.cross(axis, other - origin)])
+
+    def derivatives(self, pair: Pair, position: int) -> Array:
+        """Of the values, by the parameters of one of the two surfaces, shape ``(k, p)``."""
+        return differences(self, pair, position)
 
 
 def regularize(adjustment: Adjustment, surfaces: Mapping[int, Surface], sizes: Array) -> int:

@@ -37,6 +37,7 @@ _COARSE_CONVERGED = 1e-2
 _COARSE_STARTS = 3
 _CLEARLY_LARGER = 1.5
 _MAX_DAMPING = 1e8
+_UPPER = tuple(np.triu(np.ones((p, p))) for p in range(16))  # np.triu itself takes longer
 
 
 @dataclass(frozen=True)
@@ -189,7 +190,7 @@ def _step(residuals: Array, jacobian: Array, scale: float, damping: float) -> tu
     np.multiply(residuals, root, out=weighted[:, p])
     # The last column of the factor is Q' times the residuals: Q itself is not needed.
     factor = dgeqrf(weighted, overwrite_a=1)[0]
-    r = np.triu(factor[:p, :p])
+    r = factor[:p, :p] * _UPPER[p]
     damped = np.zeros((2 * p, p), order="F")
     damped[:p] = r
     np.fill_diagonal(damped[p:], np.sqrt(damping * np.einsum("ij,ij->j", r, r)))

@@ -13,6 +13,9 @@ from crispline.surface.base import Array
 
 Index = NDArray[np.int64]
 
+_MANY_RIMS = 20
+_QUADS_PER_RIM = 1000
+
 
 @dataclass(frozen=True)
 class HalfEdges:
@@ -76,16 +79,28 @@ class HalfEdges:
         ----------
         vertices : positions in the unit of the length, shape ``(n, 3)``.
         """
+        tail, head, rim = self._rims()
+        length = np.bincount(rim, np.linalg.norm(vertices[tail] - vertices[head], axis=1))
+        return (
+            f"open shell: the scan is not closed; {len(length)} free borders, "
+            f"the longest {length.max(initial=0.0):.4g} long"
+        )
+
+    def tears(self) -> int:
+        """The number of free borders if they are all over the net, as in a sieve; else 0.
+
+        An open scan has ends, and holes where the scanner did not see: a few.
+        """
+        n_rims = len(np.unique(self._rims()[2]))
+        return n_rims if n_rims >= max(_MANY_RIMS, self.n_quads / _QUADS_PER_RIM) else 0
+
+    def _rims(self) -> tuple[Index, Index, Index]:
+        """Tail, head and number of the free border, 0, 1, ..., of every loose half edge."""
         loose = self.twin < 0
         tail, head = self.origin[loose], self.target[loose]
         links = coo_array((np.ones(len(tail)), (tail, head)), shape=(self.n_vertices,) * 2)
         _, rim = connected_components(links, directed=False)
-        length = np.bincount(rim[tail], np.linalg.norm(vertices[tail] - vertices[head], axis=1))
-        n_rims = int(np.count_nonzero(length))
-        return (
-            f"open shell: the scan is not closed; {n_rims} free borders, "
-            f"the longest {length.max(initial=0.0):.4g} long"
-        )
+        return tail, head, np.unique(rim[tail], return_inverse=True)[1]
 
     def neighbours(self) -> Index:
         """The quad beyond each side, -1 on an open border, shape ``(m, 4)``."""

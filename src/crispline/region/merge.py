@@ -53,7 +53,7 @@ def merge_regions(
     label = label.copy()
     size = np.bincount(label)
     joined: set[int] = set()
-    for (a, b), sides, angle_deg in gentle_borders(label, fits, graph, options.max_merge_deg):
+    for (a, b), sides, angle_deg in _gentle_borders(label, fits, graph, options.max_merge_deg):
         sizes = (int(size[a]), int(size[b]))
         if sides < _MIN_BORDER or a in joined or b in joined:
             continue
@@ -80,7 +80,7 @@ def _are_alike(sizes: Pair, before: Pair) -> bool:
     return all(abs(n - m) <= _CHANGED * m for n, m in zip(sizes, before, strict=True))
 
 
-def gentle_borders(
+def _gentle_borders(
     label: Labels, fits: Mapping[int, RegionFit], graph: PatchGraph, max_deg: float
 ) -> list[tuple[Pair, int, float]]:
     """Neighbouring regions whose surfaces meet at less than ``max_deg``, longest border first.

@@ -8,7 +8,8 @@ cleanly, on the intersection too.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -159,6 +160,8 @@ def locate_crease(
     cloud: cKDTree,
     max_cloud_distance: float,
     options: LocateOptions,
+    *,
+    is_patient: bool = True,
 ) -> Crease:
     """Locate a border.
 
@@ -170,6 +173,7 @@ def locate_crease(
     cloud : the raw points.
     max_cloud_distance : largest distance of the curve to the cloud, spacings.
     options : tolerances.
+    is_patient : whether to look for a curve that the projected guide does not show.
 
     Returns
     -------
@@ -191,14 +195,20 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
-    for points in traced(guide, border.constraints, feet, max_gap):
+    candidates = traced(guide, border.constraints, feet, max_gap)
+    for points in candidates if is_patient else islice(candidates, 1):
         if is_sane(points, guide, slack, cloud, max_cloud_distance):
             curve = curve_along(points, ends, border.constraints, options)
             if curve is None:
                 continue
             return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=False)
+    return replace(smoothed_crease(border, ends), is_fallback=True)
+
+
+def smoothed_crease(border: Border, ends: tuple[Array, Array] | None) -> Crease:
+    """The border as it runs between its surfaces, which need not meet there."""
     curve = _smoothed_border(border, ends)
-    return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=True)
+    return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=False)
 
 
 def curve_gap(curve: Curve, surfaces: Sequence[Surface]) -> float:

@@ -25,6 +25,7 @@ from crispline.sharp.crease import (
     border_between,
     contacts_at,
     locate_crease,
+    smoothed_crease,
 )
 from crispline.sharp.intersect import distance, intersect
 from crispline.sharp.network import chains_at, contracted, corner_vertices, labels_beside
@@ -82,6 +83,8 @@ def locate(
     cloud: cKDTree,
     sigma: float,
     options: LocateOptions,
+    *,
+    only_sharp: bool = False,
 ) -> Located:
     """Turn a labelled net and its fitted surfaces into a boundary representation.
 
@@ -93,9 +96,12 @@ def locate(
     cloud : the raw points, spacings.
     sigma : noise of the raw points, spacings.
     options : what is accepted.
+    only_sharp : whether smooth borders are only drawn where the net has them, and sharp ones
+        too where their curve takes long to find, for a model of patches.
     """
-    search = _Search(regions, cloud, sigma, _thinning(cloud), options)
-    topology = split_at_branches(topology, net_vertices, regions)
+    search = _Search(regions, cloud, sigma, _thinning(cloud), options, only_sharp)
+    if not only_sharp:
+        topology = split_at_branches(topology, net_vertices, regions)
     topology, net_vertices = split_at_kinks(topology, net_vertices, options)
     anchors = corner_vertices(topology)
     borders = [search.border(chain, net_vertices, anchors) for chain in topology.chains]
@@ -132,6 +138,7 @@ class _Search:
     sigma: float
     thinning: float
     options: LocateOptions
+    only_sharp: bool
 
     def border(self, chain: Chain, net_vertices: Array, anchors: Collection[int]) -> Border:
         """The border that a chain stands for."""
@@ -145,15 +152,23 @@ class _Search:
     ) -> Corner:
         """The corner at a net vertex."""
         around = chains_at(topology, vertex)
+        if self.only_sharp:
+            around = [index for index in around if not borders[index].is_contact]
         labels = labels_beside(topology.chains[index] for index in around)
         surfaces = [self.regions[label].surface for label in labels]
+        if not surfaces:
+            return Corner(net_vertices[vertex], 0.0, is_fallback=False)
         if len(surfaces) == 1:  # a corner of a rim: only the end of the points holds it
             foot = intersect(net_vertices[vertex][None], surfaces)[0][0]
             return Corner(foot, 0.0, is_fallback=False)
+        contacts = []
+        if not self.only_sharp:
+            beside = [borders[index] for index in around]
+            contacts = contacts_at(net_vertices[vertex], surfaces, beside)
         return locate_corner(
             net_vertices[vertex],
             surfaces,
-            contacts_at(net_vertices[vertex], surfaces, [borders[index] for index in around]),
+            contacts,
             self.cloud,
             self.thinning * self.options.corner_cloud_distance + 2.0 * self.sigma,
             self.options,
@@ -165,8 +180,17 @@ class _Search:
         if not border.guide.is_closed:
             start, end = int(chain.vertices[0]), int(chain.vertices[-1])
             ends = (corners[start].position, corners[end].position)
+        if self.only_sharp and border.is_contact:
+            return smoothed_crease(border, ends)
         max_cloud_distance = self.thinning * self.options.crease_cloud_distance + 2.0 * self.sigma
-        return locate_crease(border, ends, self.cloud, max_cloud_distance, self.options)
+        return locate_crease(
+            border,
+            ends,
+            self.cloud,
+            max_cloud_distance,
+            self.options,
+            is_patient=not self.only_sharp,
+        )
 
 
 def _thinning(cloud: cKDTree) -> float:

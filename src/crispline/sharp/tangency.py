@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from crispline.fit.constrained import Adjustment, estimate, is_proper
+from crispline.fit.constrained import Adjustment, Pair, estimate, is_proper
 from crispline.fit.regularize import regularize
 from crispline.fit.starts import extent
 from crispline.options import FitOptions, LocateOptions
@@ -61,6 +61,11 @@ class Tangency:
             for orientation, surface in zip(self.orientations, (first, second), strict=True)
         )
         return np.asarray(ahead - behind)
+
+    def derivatives(self, pair: Pair, position: int) -> Array:
+        """Of the gaps, by the parameters of one of the two surfaces, shape ``(n, p)``."""
+        sign = self.orientations[position] * (1.0 if position == 0 else -1.0)
+        return sign * pair[position].distance_derivatives(self.places)
 
 
 def adjusted(
