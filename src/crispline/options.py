@@ -26,7 +26,9 @@ class CloudOptions:
     """Where the noise of a scan is more than this, in spacings, averages of its points stand for
     them ..."""
     average_noise: float = 0.2
-    """... as many to each as make the noise of the averages this, in their own spacings."""
+    """... as many to each as make the noise of the averages this, in their own spacings ..."""
+    max_points: int = 200_000
+    """... and so do averages where a scan has more points than this."""
 
 
 @dataclass(frozen=True)

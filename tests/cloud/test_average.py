@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from crispline.cloud.average import _packed, averaged
+from crispline.cloud.average import _packed, averaged, points_per_mean
 from crispline.cloud.thin import thin_walls
 from crispline.cloud.working import working_cloud
 from crispline.options import CloudOptions
@@ -92,3 +92,14 @@ def test_the_sides_of_a_thin_wall_are_no_noise():
     cloud = replace(working_cloud(points, OPTIONS), sigma=0.5)
     assert thin_walls(cloud).share > 0.1
     assert averaged(cloud, OPTIONS) is cloud
+
+
+def test_a_very_large_cloud_is_averaged_to_a_moderate_one():
+    points = sphere(12_000, 0.002)
+    cloud = working_cloud(points, OPTIONS)
+    means = averaged(cloud, replace(OPTIONS, max_points=3000))
+    assert 2000 < len(means.points) <= 3000
+    radius = np.linalg.norm(means.to_user.points(means.points), axis=1)
+    assert np.abs(radius - 10.0).max() < 0.1 * means.spacing
+    assert points_per_mean(12_000, cloud.sigma, OPTIONS) == 1.0
+    assert points_per_mean(12_000, cloud.sigma, replace(OPTIONS, max_points=11_999)) == 1.5

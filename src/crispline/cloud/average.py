@@ -1,4 +1,4 @@
-"""Averages that stand for the points of a scan whose noise drowns their spacing."""
+"""Averages that stand for the points of a scan whose noise drowns their spacing, or too many."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ _PACKING = 0.64
 """Square of the least distance of points picked from a random sampling until no more fits, for
 each point beyond one that goes with every picked one: measured, for 2 to 20 of them."""
 _LEAST = 1.5
+_SLACK = 1.2  # cells are not all of one size
 _MAX_ROUNDS = 2  # noise that neighbouring points share falls more slowly
 _MAX_THIN = 0.03  # share of the points that see the other side of a wall
 _BLOCK = 20_000  # points whose neighbourhoods are held at a time
 
 
 def averaged(cloud: WorkingCloud, options: CloudOptions, threads: int = -1) -> WorkingCloud:
-    """The cloud, or where it is noisy a cloud of the means of cells of its points.
+    """The cloud, or where it is noisy or very large a cloud of the means of cells of its points.
 
     The mean of `m` points has a `sqrt(m)`-th of their noise, and means lie `sqrt(m)` times as
     far apart: in their own spacings the noise falls by `m`. Cells must not part the points of
@@ -40,7 +41,7 @@ def averaged(cloud: WorkingCloud, options: CloudOptions, threads: int = -1) -> W
     Parameters
     ----------
     cloud : as it was scanned.
-    options : the noise from which on, and that of the means.
+    options : the noise and the number of points from which on, and the noise of the means.
     threads : threads for neighbour queries; the result does not depend on it.
 
     Raises
@@ -49,30 +50,35 @@ def averaged(cloud: WorkingCloud, options: CloudOptions, threads: int = -1) -> W
         If too few means are left.
     """
     for _ in range(_MAX_ROUNDS):
-        if cloud.sigma <= options.max_noise or thin_walls(cloud).share > _MAX_THIN:
+        per_mean = points_per_mean(len(cloud.points), cloud.sigma, options)
+        if per_mean == 1.0 or thin_walls(cloud).share > _MAX_THIN:
             break
-        cloud = _averaged(cloud, options, threads)
+        cloud = _averaged(cloud, per_mean, threads)
     return cloud
 
 
-def points_per_mean(sigma: float, options: CloudOptions) -> float:
-    """How many points one mean stands for if the noise is independent; 1 for a clean cloud.
+def points_per_mean(n_points: int, sigma: float, options: CloudOptions) -> float:
+    """How many points one mean has to stand for; 1 for a clean cloud of moderate size.
 
     Parameters
     ----------
+    n_points : of the cloud.
     sigma : noise of the points, spacings.
     """
-    return 1.0 if sigma <= options.max_noise else max(sigma / options.average_noise, _LEAST)
+    for_noise = sigma / options.average_noise if sigma > options.max_noise else 1.0
+    for_size = _SLACK * n_points / options.max_points if n_points > options.max_points else 1.0
+    wanted = max(for_noise, for_size)
+    return 1.0 if wanted == 1.0 else max(wanted, _LEAST)
 
 
-def _averaged(cloud: WorkingCloud, options: CloudOptions, threads: int) -> WorkingCloud:
+def _averaged(cloud: WorkingCloud, per_mean: float, threads: int) -> WorkingCloud:
     """The means of one round of cells."""
     on_sheet = _on_sheet(cloud.points, cloud.sigma, threads)
     # Heights lengthen the distances of points: the sheet itself tells their spacing.
     distances, _ = nearest(cKDTree(on_sheet), on_sheet, N_NEIGHBOURS, threads)
     spacing = point_spacing(distances)
-    per_cell = points_per_mean(cloud.sigma / spacing, options)
-    centre = _packed(on_sheet, spacing * float(np.sqrt(_PACKING * (per_cell - 1.0))))
+    distance = spacing * float(np.sqrt(_PACKING * (per_mean / spacing - 1.0)))
+    centre = _packed(on_sheet, distance)
     refuse_too_few(len(centre))
     _, cell = nearest(cKDTree(on_sheet[centre]), on_sheet, 1, threads)
     size = np.bincount(cell[:, 0])

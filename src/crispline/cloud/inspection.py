@@ -55,7 +55,7 @@ class Inspection:
     wall_share, wall_gap : share of the points that face another sheet within 3 spacings, and
         the median distance to it; NaN if none does.
     points_per_mean : how many points one average stands for in a reconstruction, see
-        :mod:`crispline.cloud.average`; 1 unless the noise is large.
+        :mod:`crispline.cloud.average`; 1 unless the noise is large or the cloud.
     seconds, gigabytes : rough needs of a reconstruction on 2 cores.
     warnings : what stands in the way of a good model, and what to do.
     """
@@ -147,7 +147,7 @@ def inspect(cloud: PointCloud, options: CloudOptions | None = None, threads: int
     facing = gaps[np.isfinite(gaps)]
     unit, reason = guess_unit(low, high, spacing)
     n_points = len(distinct)
-    per_mean = points_per_mean(thin_noise / spacing, options or CloudOptions())
+    per_mean = points_per_mean(n_points, thin_noise / spacing, options or CloudOptions())
     found = Inspection(
         n_points=len(cloud.points),
         n_dropped=cloud.n_dropped,
@@ -183,9 +183,9 @@ def _warnings(found: Inspection) -> Iterator[str]:
         )
     if found.points_per_mean > 1.0:
         yield (
-            f"the noise is {spacings:.1f} spacings: averages of about "
-            f"{found.points_per_mean:.2g} points each will stand for them; edges stay exact on "
-            "large faces, small ones are lost; average several scans"
+            f"the noise is {spacings:.1f} spacings, the points are {found.n_points}: averages of "
+            f"about {found.points_per_mean:.2g} points each will stand for them; edges stay exact "
+            "on large faces, small ones are lost"
         )
     ratio = found.density[1] / found.density[0]
     if ratio > _UNEVEN:

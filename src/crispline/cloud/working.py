@@ -74,13 +74,13 @@ class WorkingCloud:
         return left_out if self.scan_noise == 1.0 else (*left_out, self._averages())
 
     def _averages(self) -> str:
-        """What was done about the noise, see :mod:`crispline.cloud.average`."""
+        """What was done about noise and size, see :mod:`crispline.cloud.average`."""
         noise = self.sigma * self.spacing
         return (
-            f"the scan is noisy for its spacing, {self.scan_noise * noise:.3g}: averages of about "
-            f"{len(self.scan) / len(self.points):.2g} points each stand for it, {self.spacing:.3g} "
-            f"apart with a noise of {noise:.3g}, and faces narrower than 3 of these spacings are "
-            "lost; average several scans if they matter"
+            f"averages of about {len(self.scan) / len(self.points):.2g} points each stand for the "
+            f"scan, {self.spacing:.3g} apart with a noise of {noise:.3g} instead of "
+            f"{self.scan_noise * noise:.3g}: it is noisy for its spacing, or very large; faces "
+            "narrower than 3 of these spacings are lost"
         )
 
 
