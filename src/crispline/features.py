@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from crispline.cloud.average import averaged
 from crispline.cloud.noise import noise_levels
 from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.thin import thin_walls
-from crispline.cloud.working import working_cloud
+from crispline.cloud.working import WorkingCloud, working_cloud
 from crispline.errors import ReconstructionError
 from crispline.net.halfedge import half_edges
 from crispline.net.orientation import oriented_normals
@@ -20,19 +21,21 @@ from crispline.net.strays import stray_pieces, strays_sentence
 from crispline.options import Options
 from crispline.region.evidence import gather_evidence
 from crispline.region.patches import PatchGraph
-from crispline.region.segment import segment
-from crispline.region.topology import border_topology
+from crispline.region.regionfit import RegionFit
+from crispline.region.segment import Segmentation, segment
+from crispline.region.topology import Topology, border_topology
 from crispline.result import Reconstruction
 from crispline.sharp.blend import blended
 from crispline.sharp.curvature import curvature
 from crispline.sharp.detect import detect as detect_sharp
-from crispline.sharp.locate import locate
+from crispline.sharp.locate import Located, locate
 from crispline.sharp.patched import LabelledNet
 from crispline.sharp.preserve import preserve
 from crispline.sharp.settle import settled
 from crispline.sharp.tangency import adjusted
 from crispline.spline.catmull_clark import patch_centres
 from crispline.stopwatch import Stopwatch
+from crispline.surface.base import Array
 
 
 @dataclass(frozen=True)
@@ -88,22 +91,7 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     )
     watch.stage("edges", 0.8)
     topology = border_topology(quads, regions.label)
-    fits, accepted = regions.fits, options.locate
-    if regions.has_faces:
-        fits = adjusted(topology, net.vertices, fits, sigma, options.fit, accepted)
-        fits = blended(topology, net.vertices, fits, sigma, options.fit, accepted)
-    else:  # the model is made of patches, which have sharp edges only, and clear ones
-        clear = max(accepted.smooth_angle_deg, accepted.sculpture_angle_deg)
-        accepted = replace(accepted, smooth_angle_deg=clear)
-    located = locate(
-        topology,
-        net.vertices,
-        fits,
-        cloud.tree,
-        sigma,
-        accepted,
-        only_sharp=not regions.has_faces,
-    )
+    fits, located = _located(topology, net.vertices, regions, cloud, sigma, options)
     smooth = settled(net, regions.label, fits, options.locate.settle_move)
     patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
     places = cloud.to_user.points(net.vertices)
@@ -141,3 +129,33 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         regions.has_faces,
     )
     return Features(ladder, result, opening)
+
+
+def _located(
+    topology: Topology,
+    net_vertices: Array,
+    regions: Segmentation,
+    cloud: WorkingCloud,
+    sigma: float,
+    options: Options,
+) -> tuple[Mapping[int, RegionFit], Located]:
+    """The surfaces as they meet each other, and where.
+
+    A sculpture is made of patches, which have sharp edges only, and clear ones.
+    """
+    fits, accepted = regions.fits, options.locate
+    if regions.has_faces:
+        fits = adjusted(topology, net_vertices, fits, sigma, options.fit, accepted)
+        fits = blended(topology, net_vertices, fits, sigma, options.fit, accepted)
+    else:
+        clear = max(accepted.smooth_angle_deg, accepted.sculpture_angle_deg)
+        accepted = replace(accepted, smooth_angle_deg=clear)
+    return fits, locate(
+        topology,
+        net_vertices,
+        fits,
+        cloud.tree,
+        sigma,
+        accepted,
+        only_sharp=not regions.has_faces,
+    )

@@ -23,7 +23,7 @@ each point beyond one that goes with every picked one: measured, for 2 to 20 of 
 _LEAST = 1.5
 _SLACK = 1.2  # cells are not all of one size
 _MAX_ROUNDS = 2  # noise that neighbouring points share falls more slowly
-_MAX_THIN = 0.03  # share of the points that see the other side of a wall
+_MAX_THIN = 0.07  # share of the points that see the other side of a wall; depth in steps makes 0.05
 _BLOCK = 20_000  # points whose neighbourhoods are held at a time
 
 

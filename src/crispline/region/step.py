@@ -39,10 +39,8 @@ from crispline.surface.base import Array
 _MAX_TILT = np.radians(3.0)  # between directions that count as parallel
 _RAGGED = 0.35  # scatter of the patches along a border about the true one, spacings
 _BESIDE = 0.7  # share of a crumb's border that is with the two planes
-_CLEARLY_MORE, _ONE_PATCH = (
-    1.05,
-    1.0,
-)  # worth of a curve with more parameters, over one with fewer
+_CLEARLY_MORE = 1.05  # worth of a curve with more parameters over that of one with fewer ...
+_ONE_PATCH = 1.0  # ... beyond what one patch adds by chance
 _KEPT = 0.8  # share of the patches along a border that its wall must explain
 _GROWTH_STEPS = 6
 _RINGS = 2  # patches so near to a wall may be its own
