@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -195,8 +194,7 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
-    candidates = traced(guide, border.constraints, feet, max_gap)
-    for points in candidates if is_patient else islice(candidates, 1):
+    for points in traced(guide, border.constraints, feet, max_gap, may_march=is_patient):
         if is_sane(points, guide, slack, cloud, max_cloud_distance):
             curve = curve_along(points, ends, border.constraints, options)
             if curve is None:

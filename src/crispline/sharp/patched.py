@@ -68,10 +68,9 @@ def patched(
     """
     chains = source.topology.chains
     inside = [(c.left in regions, c.right in regions) for c in chains]
-    beside = [chain for chain, sides in zip(chains, inside, strict=True) if any(sides)]
-    if any(
-        len(sides_of(source.net.quads, _pairs(chain))) < len(chain.vertices) - 1 for chain in beside
-    ):
+    beside = [_pairs(chain) for chain, sides in zip(chains, inside, strict=True) if any(sides)]
+    pairs = np.concatenate([np.zeros((0, 2), dtype=np.int64), *beside])
+    if len(sides_of(source.net.quads, pairs)) < len(pairs):
         return None
     try:
         net, origin = _subnet(model, source, inside, np.isin(source.label, list(regions)), max_move)
