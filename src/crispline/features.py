@@ -157,5 +157,5 @@ def _located(
         cloud.tree,
         sigma,
         accepted,
-        only_sharp=not regions.has_faces,
+        is_sculpture=not regions.has_faces,
     )

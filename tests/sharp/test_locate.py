@@ -67,10 +67,10 @@ def test_tangent_fillet_is_recovered_exactly(shapes, radius, raggedness, seed):
         assert edge.gap < 1e-9
 
 
-def test_smooth_borders_may_be_left_where_the_net_has_them(shapes):
+def test_borders_of_a_sculpture_are_drawn_between_corners(shapes):
     network = shapes["box_with_fillet"](1.0, 1, 3.0)
     full, _ = network.located()
-    model, warnings = network.located(only_sharp=True)
+    model, warnings = network.located(is_sculpture=True)
     assert warnings == ()
     assert_consistent(model)
     assert [edge.is_sharp for edge in model.edges] == [edge.is_sharp for edge in full.edges]

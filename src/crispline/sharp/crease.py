@@ -159,8 +159,6 @@ def locate_crease(
     cloud: cKDTree,
     max_cloud_distance: float,
     options: LocateOptions,
-    *,
-    is_patient: bool = True,
 ) -> Crease:
     """Locate a border.
 
@@ -172,7 +170,6 @@ def locate_crease(
     cloud : the raw points.
     max_cloud_distance : largest distance of the curve to the cloud, spacings.
     options : tolerances.
-    is_patient : whether to look for a curve that the projected guide does not show.
 
     Returns
     -------
@@ -194,7 +191,7 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
-    for points in traced(guide, border.constraints, feet, max_gap, may_march=is_patient):
+    for points in traced(guide, border.constraints, feet, max_gap):
         if is_sane(points, guide, slack, cloud, max_cloud_distance):
             curve = curve_along(points, ends, border.constraints, options)
             if curve is None:

@@ -84,7 +84,7 @@ def locate(
     sigma: float,
     options: LocateOptions,
     *,
-    only_sharp: bool = False,
+    is_sculpture: bool = False,
 ) -> Located:
     """Turn a labelled net and its fitted surfaces into a boundary representation.
 
@@ -96,11 +96,11 @@ def locate(
     cloud : the raw points, spacings.
     sigma : noise of the raw points, spacings.
     options : what is accepted.
-    only_sharp : whether smooth borders are only drawn where the net has them, and sharp ones
-        too where their curve takes long to find, for a model of patches.
+    is_sculpture : whether the model will be of patches: then borders are only drawn between
+        their surfaces, and only sharp ones hold a corner.
     """
-    search = _Search(regions, cloud, sigma, _thinning(cloud), options, only_sharp)
-    if not only_sharp:
+    search = _Search(regions, cloud, sigma, _thinning(cloud), options, is_sculpture)
+    if not is_sculpture:
         topology = split_at_branches(topology, net_vertices, regions)
     topology, net_vertices = split_at_kinks(topology, net_vertices, options)
     anchors = corner_vertices(topology)
@@ -138,7 +138,7 @@ class _Search:
     sigma: float
     thinning: float
     options: LocateOptions
-    only_sharp: bool
+    is_sculpture: bool
 
     def border(self, chain: Chain, net_vertices: Array, anchors: Collection[int]) -> Border:
         """The border that a chain stands for."""
@@ -152,7 +152,7 @@ class _Search:
     ) -> Corner:
         """The corner at a net vertex."""
         around = chains_at(topology, vertex)
-        if self.only_sharp:
+        if self.is_sculpture:
             around = [index for index in around if not borders[index].is_contact]
         labels = labels_beside(topology.chains[index] for index in around)
         surfaces = [self.regions[label].surface for label in labels]
@@ -162,7 +162,7 @@ class _Search:
             foot = intersect(net_vertices[vertex][None], surfaces)[0][0]
             return Corner(foot, 0.0, is_fallback=False)
         contacts = []
-        if not self.only_sharp:
+        if not self.is_sculpture:
             beside = [borders[index] for index in around]
             contacts = contacts_at(net_vertices[vertex], surfaces, beside)
         return locate_corner(
@@ -180,17 +180,10 @@ class _Search:
         if not border.guide.is_closed:
             start, end = int(chain.vertices[0]), int(chain.vertices[-1])
             ends = (corners[start].position, corners[end].position)
-        if self.only_sharp and border.is_contact:
+        if self.is_sculpture:
             return smoothed_crease(border, ends)
         max_cloud_distance = self.thinning * self.options.crease_cloud_distance + 2.0 * self.sigma
-        return locate_crease(
-            border,
-            ends,
-            self.cloud,
-            max_cloud_distance,
-            self.options,
-            is_patient=not self.only_sharp,
-        )
+        return locate_crease(border, ends, self.cloud, max_cloud_distance, self.options)
 
 
 def _thinning(cloud: cKDTree) -> float:

@@ -69,8 +69,6 @@ def traced(
     constraints: Sequence[Constraint],
     ends: tuple[Array, Array] | None,
     max_gap: float,
-    *,
-    may_march: bool = True,
 ) -> Iterator[Array]:
     """Candidates for the ordered points of a curve, the cheapest first.
 
@@ -80,7 +78,6 @@ def traced(
     constraints : what it lies on.
     ends : its first and last point, both on the constraints; None if closed.
     max_gap : largest distance of a point to its constraints, spacings.
-    may_march : whether to follow the curve step by step where the guide does not show it.
 
     Yields
     ------
@@ -90,8 +87,6 @@ def traced(
     points = _projected(guide, constraints, ends, max_gap)
     if points is not None:
         yield points
-    if not may_march:
-        return
     start, end = ends if ends is not None else (None, None)
     if start is None or end is None:
         first, gap = intersect(guide.points[:1], constraints)
