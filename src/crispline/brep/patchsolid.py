@@ -23,6 +23,7 @@ from crispline.spline.through import passing_through
 from crispline.surface.base import Array
 
 _RELAXED_RINGS = 3  # beside creases, whose vertices were moved
+_VOLUME_ERROR = 1e-6
 
 
 def patch_solid(net: CreasedNet, raw_points: Array | None, spacing: float) -> Solid:
@@ -73,7 +74,7 @@ def _check(
     n_solids = len(occt.subshapes(shape, occt.SOLID))
     may_be_open = not is_closed
     is_closed = is_closed and n_solids > 0 and shared_edges_only(shape)
-    enclosed = volume(shape) if is_closed else 0.0
+    enclosed = volume(shape, _VOLUME_ERROR) if is_closed else 0.0
     check = Check(
         bool(BRepCheck_Analyzer(shape).IsValid()),
         is_closed,
