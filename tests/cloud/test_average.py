@@ -103,3 +103,13 @@ def test_a_very_large_cloud_is_averaged_to_a_moderate_one():
     assert np.abs(radius - 10.0).max() < 0.1 * means.spacing
     assert points_per_mean(12_000, cloud.sigma, OPTIONS) == 1.0
     assert points_per_mean(12_000, cloud.sigma, replace(OPTIONS, max_points=11_999)) == 1.5
+
+
+def test_a_cloud_without_noise_has_none_after_averaging():
+    rng = np.random.default_rng(4)
+    points = rng.uniform(-1.0, 1.0, (4000, 3))
+    points[np.arange(4000), np.arange(4000) % 3] = np.where(rng.random(4000) < 0.5, -1.0, 1.0)
+    cloud = averaged(working_cloud(points, OPTIONS), replace(OPTIONS, max_points=1500))
+    assert len(cloud.points) <= 1500
+    assert 0.0 <= cloud.scan_noise * cloud.sigma < 1e-4
+    assert any("averages of about" in text for text in cloud.warnings())

@@ -98,7 +98,7 @@ def _averaged(cloud: WorkingCloud, per_mean: float, threads: int) -> WorkingClou
         to_user=replace(cloud.to_user, scale=spacing * cloud.to_user.scale),
         kept=cloud.kept[centre],
         scan=cloud.scan / spacing,
-        scan_noise=cloud.scan_noise * cloud.sigma / (sigma * spacing),
+        scan_noise=cloud.scan_noise * cloud.sigma / (sigma * spacing) if sigma > 0.0 else 1.0,
     )
 
 

@@ -71,7 +71,8 @@ class WorkingCloud:
             (self.n_outliers, "far from all others (outliers)"),
         )
         left_out = tuple(f"{n} points {what} were left out" for n, what in counts if n > 0)
-        return left_out if self.scan_noise == 1.0 else (*left_out, self._averages())
+        is_averaged = len(self.points) < len(self.scan)
+        return (*left_out, self._averages()) if is_averaged else left_out
 
     def _averages(self) -> str:
         """What was done about noise and size, see :mod:`crispline.cloud.average`."""
