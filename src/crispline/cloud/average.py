@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from crispline.cloud.nearest import nearest
+from crispline.cloud.normals import principal_normals
 from crispline.cloud.scale import N_NEIGHBOURS, local_noise, point_spacing
 from crispline.cloud.thin import thin_walls
 from crispline.cloud.working import ROUNDING, WorkingCloud, refuse_too_few
@@ -77,7 +78,8 @@ def _averaged(cloud: WorkingCloud, per_mean: float, threads: int) -> WorkingClou
     # Heights lengthen the distances of points: the sheet itself tells their spacing.
     distances, _ = nearest(cKDTree(on_sheet), on_sheet, N_NEIGHBOURS, threads)
     spacing = point_spacing(distances)
-    distance = spacing * float(np.sqrt(_PACKING * (per_mean / spacing - 1.0)))
+    beyond_one = max(per_mean / spacing, _LEAST) - 1.0
+    distance = spacing * float(np.sqrt(_PACKING * beyond_one))
     centre = _packed(on_sheet, distance)
     refuse_too_few(len(centre))
     _, cell = nearest(cKDTree(on_sheet[centre]), on_sheet, 1, threads)
@@ -110,12 +112,9 @@ def _on_sheet(points: Array, sigma: float, threads: int) -> Array:
     moved = np.empty_like(points)
     for start in range(0, len(points), _BLOCK):
         block = slice(start, start + _BLOCK)
-        around = points[nearest(tree, points[block], k, threads)[1]]
-        middle = around.mean(axis=1)
-        offset = around - middle[:, None]
-        _, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offset, offset))
-        normal = axes[:, :, 0]
-        height = np.einsum("ni,ni->n", points[block] - middle, normal)
+        around = nearest(tree, points[block], k, threads)[1]
+        normal = principal_normals(points, around, k)
+        height = np.einsum("ni,ni->n", points[block] - points[around].mean(axis=1), normal)
         moved[block] = points[block] - height[:, None] * normal
     return moved
 
