@@ -85,7 +85,7 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     )
     watch.stage("regions", 0.45)
     noise = noise_levels(cloud.points, cloud.neighbours, sigma)
-    evidence = gather_evidence(cloud, normals, graph, noise, threads, is_sided=facing.is_told)
+    evidence = gather_evidence(cloud, normals, graph, noise, threads, is_sided=facing.is_sided)
     regions = segment(
         evidence, net.vertices, quads, detection.is_sharp, options.region, options.fit
     )

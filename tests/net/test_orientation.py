@@ -10,7 +10,7 @@ from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.working import working_cloud
 from crispline.errors import InputError
 from crispline.net.halfedge import half_edges
-from crispline.net.orientation import indicator_spread, oriented_normals
+from crispline.net.orientation import best_tree, indicator_spread, oriented_normals
 from crispline.net.poisson import point_areas
 from crispline.net.quads import quad_net
 from crispline.options import CloudOptions, NetOptions
@@ -103,12 +103,10 @@ def share_right(found, truth):
 def test_normals_of_the_file_tell_the_two_sides_of_a_thin_wall(thin):
     points, normals = thin
     found = oriented(points, normals)
-    assert found.is_told
+    assert found.is_sided
     assert found.notes == ()
     assert share_right(found, normals) > 0.998
-    without = oriented(points, normals, use="none")
-    assert not without.is_told
-    assert share_right(without, normals) < 0.9
+    assert share_right(oriented(points, normals, use="none"), normals) < 0.9
 
 
 def test_the_net_over_a_thin_wall_is_closed_and_has_both_sides(thin):
@@ -126,10 +124,24 @@ def test_the_net_over_a_thin_wall_is_closed_and_has_both_sides(thin):
     assert volume == pytest.approx(true, rel=0.03)
 
 
+def test_the_indicator_tells_the_two_sides_of_a_thin_wall():
+    points, normals = shell((24.0, 21.0, 18.0), 2.0)
+    cloud = working_cloud(points, CloudOptions())
+    mixed = best_tree(cloud, NetOptions())
+    assert share_right(mixed, normals) < 0.99
+    found = oriented_normals(cloud, NetOptions())
+    assert found.is_sided
+    assert share_right(found, normals) > 0.998
+    net = quad_net(found.cloud, found.normals, NetOptions())
+    sides = half_edges(net.quads, len(net.vertices))
+    assert sides.is_closed
+    assert len(net.vertices) - len(sides.pairs()) + len(net.quads) == 4
+
+
 def test_normals_that_all_look_inward_do_not_turn_the_part_inside_out(thin):
     points, normals = thin
     found = oriented(points, -normals)
-    assert found.is_told
+    assert found.is_sided
     assert share_right(found, normals) > 0.998
 
 
@@ -144,18 +156,18 @@ def test_random_signs_are_not_believed(ball):
     wrong = np.random.default_rng(1).random(len(points)) < 0.1
     told = np.where(wrong[:, None], -points, points)
     found = oriented(points, told)
-    assert not found.is_told
+    assert not found.is_sided
     (note,) = found.notes
     assert re.fullmatch(r"normals of the file contradict each other at (9|10) % .*", note)
     np.testing.assert_array_equal(found.normals, oriented(points).normals)
-    assert oriented(points, told, use="file").is_told
+    assert oriented(points, told, use="file").is_sided
 
 
 def test_a_region_that_looks_the_wrong_way_is_not_believed(ball):
     points = ball.to_user.points(ball.points)
     told = np.where(points[:, 2:] < 0.4, points, -points)
     found = oriented(points, told)
-    assert not found.is_told
+    assert not found.is_sided
     assert found.notes == ("normals of the file fit the points badly: not used",)
     assert share_right(found, points) == 1.0
 
@@ -171,7 +183,7 @@ def test_normals_that_are_missing_at_many_points_are_not_used(ball):
 def test_a_room_scanned_from_within_is_a_body_like_any_other(ball):
     points = ball.to_user.points(ball.points)
     found = oriented(points, viewpoints=np.tile([0.1, 0.2, -0.1], (len(points), 1)))
-    assert found.is_told
+    assert found.is_sided
     assert share_right(found, points) == 1.0
 
 
@@ -182,7 +194,7 @@ def test_the_seen_side_of_an_open_scan_is_outside():
     points = 20.0 * points / np.linalg.norm(points, axis=1, keepdims=True)
     points = points[points[:, 2] < 0.0]
     found = oriented(points, viewpoints=np.tile([0.0, 0.0, 50.0], (len(points), 1)))
-    assert found.is_told
+    assert found.is_sided
     assert share_right(found, -points) == 1.0
 
 
@@ -191,7 +203,7 @@ def test_normals_count_before_scanner_positions_and_these_where_normals_fail(bal
     stations = 3.0 * points
     wrong = np.random.default_rng(1).random(len(points)) < 0.3
     found = oriented(points, np.where(wrong[:, None], -points, points), stations)
-    assert found.is_told
+    assert found.is_sided
     assert found.notes == (
         "normals of the file contradict each other at 30 % of the points: not used",
     )

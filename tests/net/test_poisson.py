@@ -82,3 +82,11 @@ def test_the_grid_is_coarsened_rather_than_filling_the_memory(monkeypatch):
 def test_areas_of_points_sum_to_the_area():
     _, _, areas = ball(10.0)
     assert areas.sum() == pytest.approx(4 * np.pi * 100.0, rel=0.15)
+
+
+def test_the_indicator_of_a_ball_falls_along_its_radius():
+    points, normals, areas = ball()
+    indicator = poisson_indicator(points, normals, areas)
+    outward = -indicator.gradient(points)
+    np.testing.assert_allclose(np.linalg.norm(outward, axis=1), 1.0)
+    assert np.einsum("ni,ni->n", outward, normals).min() > 0.97

@@ -226,3 +226,35 @@ def test_sheets_that_touch_in_a_vertex_get_their_own(monkeypatch):
     assert not set(net.quads[0]) & set(net.quads[1])
     loose = CreasedNet(net.vertices, net.quads, np.zeros((0, 2), int), np.zeros(0, int))
     require_single_fans(loose, net_sectors(loose))
+
+
+def test_two_sheets_that_grew_together_along_a_loop_are_parted():
+    """Two cubes that lack a quad each in the same place, where they share the four vertices."""
+
+    def cube():
+        """The cells of a surface of 3 x 3 quads per side of a cube."""
+        axes = np.eye(3, dtype=int)
+        cells = []
+        for u, v, w in (axes, axes[[1, 2, 0]], axes[[2, 0, 1]]):
+            for i, j in np.ndindex(3, 3):
+                low = i * u + j * v
+                square = np.array([low, low + u, low + u + v, low + v])
+                cells += [square[::-1], square + 3 * w]
+        places, index = np.unique(np.concatenate(cells), axis=0, return_inverse=True)
+        return places.astype(float), index.reshape(-1, 4)
+
+    vertices, net = cube()
+    middle = np.flatnonzero((vertices[net].mean(axis=1) == [1.5, 1.5, 3.0]).all(axis=1))
+    around = net[middle[0]]
+    net = np.delete(net, middle, axis=0)
+    other = np.arange(len(vertices)) + len(vertices)
+    other[around] = around
+    both = np.concatenate([vertices, vertices - 0.1])
+    grown = np.concatenate([net, other[net]])
+    assert not half_edges(grown, len(both)).is_closed
+    parted, found = quads._mended(both, grown)
+    sides = half_edges(found, len(parted))
+    assert sides.is_closed
+    used = len(np.unique(found))
+    assert used - len(sides.pairs()) + len(found) == 4
+    assert len(found) == 2 * 54

@@ -13,6 +13,7 @@ from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.working import WorkingCloud
 from crispline.errors import InputError
 from crispline.net.poisson import point_areas, poisson_indicator
+from crispline.net.sheets import has_near_sheets, told_apart
 from crispline.net.signs import CELL, is_inside_out, with_best_signs
 from crispline.options import NetOptions
 from crispline.surface.base import Array
@@ -32,17 +33,17 @@ class Orientation:
 
     Attributes
     ----------
-    cloud : the cloud; where its file tells the sides, with neighbours on the own sheet only.
+    cloud : the cloud; where the sides of walls are told, with neighbours on the own sheet only.
     normals : outward unit normals, shape ``(n, 3)``.
     spread : scatter of their indicator at the points over its jump across the surface.
-    is_told : whether the file told it, so that it holds for thin walls too.
+    is_sided : whether the normals tell the points on one side of a thin wall from the others.
     notes : sentences for the user about what was not used.
     """
 
     cloud: WorkingCloud
     normals: Array
     spread: float
-    is_told: bool = False
+    is_sided: bool = False
     notes: tuple[str, ...] = ()
 
 
@@ -56,6 +57,7 @@ def oriented_normals(
 
     A file that brings normals or scanner positions is believed if it agrees with itself,
     neighbour by neighbour, and explains the points about as well as the best spanning tree.
+    Where walls are thin, the indicator tells the sides that the tree confused.
 
     Parameters
     ----------
@@ -97,7 +99,8 @@ def oriented_normals(
         if best is None or candidate.spread < _WORSE * best.spread:
             return replace(candidate, notes=tuple(notes))
         notes.append(f"{hint.source} of the file fit the points badly: not used")
-    return replace(best or best_tree(cloud, options, threads), notes=tuple(notes))
+    best = _with_near_sheets_apart(best or best_tree(cloud, options, threads), threads)
+    return replace(best, notes=tuple(notes))
 
 
 def best_tree(cloud: WorkingCloud, options: NetOptions, threads: int = -1) -> Orientation:
@@ -144,6 +147,17 @@ def indicator_spread(points: Array, normals: Array, areas: Array, threads: int =
     return float(np.std(indicator.at(points)) / max(abs(float(jump)), 1e-12))
 
 
+def _with_near_sheets_apart(found: Orientation, threads: int) -> Orientation:
+    """The orientation with the sides of thin walls told apart, if there are any and it helps."""
+    if not has_near_sheets(found.cloud, found.normals, threads):
+        return found
+    own, normals = told_apart(found.cloud, found.normals, threads)
+    spread = indicator_spread(own.points, normals, point_areas(own.distances), threads)
+    if spread >= found.spread:
+        return found
+    return Orientation(own, normals, spread, is_sided=True)
+
+
 def _turned_outward(found: Facing, threads: int) -> Orientation:
     """The orientation of a file; as a whole the other way if a closed surface is inside out.
 
@@ -156,7 +170,7 @@ def _turned_outward(found: Facing, threads: int) -> Orientation:
     if is_inside_out(points, normals, areas):
         normals = -normals
     spread = indicator_spread(points, normals, areas, threads)
-    return Orientation(found.cloud, normals, spread, is_told=True)
+    return Orientation(found.cloud, normals, spread, is_sided=True)
 
 
 def _percent(share: float) -> str:

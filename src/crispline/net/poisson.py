@@ -14,7 +14,7 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from crispline.surface.base import Array
+from crispline.surface.base import Array, unit
 
 MAX_CELLS = 30_000_000
 """Largest grid; beyond this the cells are coarsened."""
@@ -36,6 +36,15 @@ class Indicator:
         """Trilinear interpolation, shape ``(n,)``."""
         grid = (points - self.origin) / self.cell
         return np.asarray(map_coordinates(self.values, grid.T, order=1))
+
+    def gradient(self, points: Array) -> Array:
+        """Unit directions in which it grows, by central differences, shape ``(n, 3)``.
+
+        The x axis where it is constant.
+        """
+        half = 0.5 * self.cell * np.eye(3)
+        rise = [self.at(points + step) - self.at(points - step) for step in half]
+        return unit(np.stack(rise, axis=1).astype(np.float64))
 
 
 def grid_cells(points: Array, cell: float) -> float:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from crispline.cloud.nearest import nearest
-from crispline.cloud.thin import thin_walls
 from crispline.cloud.working import WorkingCloud
 from crispline.net.halfedge import half_edges
 from crispline.net.level_set import solid_mesh
@@ -24,6 +23,7 @@ from crispline.net.mesh import TriangleMesh, clipped, compact
 from crispline.net.poisson import point_areas, poisson_indicator
 from crispline.net.projection import project_to_cloud
 from crispline.net.remesh import quads_over
+from crispline.net.sheets import FINE_CELL, has_near_sheets
 from crispline.net.signed_distance import sheet_mesh
 from crispline.net.support import Coverage, coverage, local_spacings, support
 from crispline.net.trim import Trimmed, trimmed, without_crumbs
@@ -31,8 +31,7 @@ from crispline.options import NetOptions
 from crispline.spline.separate import fan_vertices
 from crispline.surface.base import Array
 
-_CELL, _FINE_CELL = 1.0, 0.7  # of the indicator's grid, spacings; fine ...
-_THIN, _MAX_THIN = 3.0, 0.01  # ... if this share of the points is in walls under so many spacings
+_CELL = 1.0  # of the indicator's grid where no wall is thin, spacings
 _OVERHANG = 2.0  # how far an open surface runs on over its end before it is trimmed
 _MAX_LOCAL_SPACING = 4.0
 _UNCOVERED = 3.0  # points this far from the closed surface are not on it ...
@@ -82,9 +81,8 @@ def quad_net(
         If there is no surface through the points, or the mesher returns no quads.
     """
     net = _Builder(cloud, normals, options, threads).net()
-    twin = half_edges(net.quads, len(net.vertices)).twin
-    quads, source = fan_vertices(net.quads, twin, len(net.vertices))
-    return replace(net, vertices=net.vertices[source], quads=quads)
+    vertices, quads = _taken_apart(net.vertices, net.quads)
+    return replace(net, vertices=vertices, quads=quads)
 
 
 @dataclass(frozen=True)
@@ -113,11 +111,11 @@ class _Builder:
         """Closed triangle mesh, on the points as far as there are any."""
         areas = point_areas(self.cloud.distances)
         # Smoothed over a spacing, the two sides of a thin wall run together here and there.
-        cell = _FINE_CELL if thin_walls(self.cloud, _THIN).share > _MAX_THIN else _CELL
-        indicator = poisson_indicator(
-            self.cloud.points, self.normals, areas, cell, threads=self.threads
-        )
-        return self._on_cloud(solid_mesh(indicator, self.cloud.points, areas))
+        is_thin = has_near_sheets(self.cloud, self.normals, self.threads)
+        cell = FINE_CELL if is_thin else _CELL
+        points = self.cloud.points
+        indicator = poisson_indicator(points, self.normals, areas, cell, threads=self.threads)
+        return self._on_cloud(solid_mesh(indicator, points, areas))
 
     def leaves_gaps(self, mesh: TriangleMesh) -> bool:
         """Whether a closed mesh spans gaps that are too wide to be filled, or misses points."""
@@ -132,7 +130,7 @@ class _Builder:
         # The mesher leaves a hole now and then; another edge length lays the quads anew.
         fewest = math.inf
         for length in self.options.edge_lengths:
-            net = with_quad_holes_filled(*quads_over(mesh, length), _LONGEST_HOLE)
+            net = _mended(*quads_over(mesh, length))
             n_open = int(np.sum(half_edges(net[1], len(net[0])).twin < 0))
             if n_open < fewest:
                 best, fewest = net, n_open
@@ -211,6 +209,18 @@ class _Builder:
 
     def _project(self, vertices: Array, n_steps: int) -> Array:
         return project_to_cloud(vertices, self.cloud.tree, self.normals, n_steps, self.threads)
+
+
+def _taken_apart(vertices: Array, quads: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """Sheets that touch in a vertex or along a side with vertices of their own."""
+    twin = half_edges(quads, len(vertices)).twin
+    quads, source = fan_vertices(quads, twin, len(vertices))
+    return vertices[source], quads
+
+
+def _mended(vertices: Array, quads: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """Small holes filled, those where sheets touch on each sheet."""
+    return with_quad_holes_filled(*_taken_apart(vertices, quads), _LONGEST_HOLE)
 
 
 def _n_short_sides(quads: NDArray[np.int64]) -> int:

@@ -63,8 +63,8 @@ def gather_evidence(
     Parameters
     ----------
     noise : of each point along its normal, shape ``(n,)``, spacings.
-    is_sided : whether the normals are sure to look outward, so that they tell the points on
-        one side of a thin wall from those on the other.
+    is_sided : whether the normals tell the points on one side of a thin wall from those on the
+        other.
     """
     if is_sided:
         patch = nearest_alike(cloud.points, normals, graph.tree, graph.normals, 1, threads)[:, 0]
