@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,7 @@ _QUANTILE = 0.02
 _POINTS_PER_CONTROL_POINT = 2.5
 _TRIAL_CORRECTIONS = 1
 _PASS_WEIGHT = 1e4
-_STALLED = 2
+STALLED = 2
 _CORE_DISTANCE = 2.5
 _RIM_DISTANCES = (1.5, -np.inf)
 _MIN_CORE_POINTS = 40
@@ -98,6 +99,13 @@ class _Trial:
     data: _Data
 
 
+class Structure(NamedTuple):
+    """What is left in the residuals of a trial: their drift, and whether it is only noise."""
+
+    drift: float
+    is_noise: bool
+
+
 def is_height_field(normals: Array) -> bool:
     """Whether normals ``(n, 3)`` stay within 75 degrees of their mean (98 % of them)."""
     cosines = normals @ unit(normals.mean(axis=0))
@@ -136,7 +144,7 @@ def fit_bspline_surface(
     if len(points) < 4 or not is_height_field(normals):
         return None
     data = _parametrised(points, normals, constraints)
-    core = _core(border_distance, len(points))
+    core = core_points(border_distance, len(points))
     sizes = (0.0, np.inf) if within is None else (within[0] / 3.0, within[1] / 3.0)
     surface, data, n_spans, passes = _coarsest(_using(data, core), sigma, options, N_SPANS, sizes)
     if core.all() or border_distance is None or (within is not None and not passes):
@@ -148,6 +156,23 @@ def fit_bspline_surface(
         finer = tuple(n for n in N_SPANS if n >= n_spans)
         surface, data, n_spans, _ = _coarsest(_using(data, used), sigma, options, finer, sizes)
     return surface
+
+
+def structure(points: Array, residuals: Array, sigma: float, options: FitOptions) -> Structure:
+    """What residuals ``(n,)`` at points ``(n, 3)`` leave to be explained by a finer spline."""
+    averaged = sigma / np.sqrt(min(N_NEIGHBOURS, max(len(points), 1)))
+    limit, worst_limit = (
+        a * averaged + b * options.tolerance for a, b in (_MEAN_LIMIT, _WORST_LIMIT)
+    )
+    within = clipped(residuals, sigma, options)
+    means = np.abs(local_means(points, within))
+    drift = rms(means)
+    is_noise = bool(
+        drift < limit
+        and np.quantile(means, _WORST_QUANTILE) < worst_limit
+        and rms(within) < rms_limit(sigma, options)
+    )
+    return Structure(drift, is_noise)
 
 
 def _parametrised(points: Array, normals: Array, constraints: PassThrough | None) -> _Data:
@@ -163,7 +188,7 @@ def _parametrised(points: Array, normals: Array, constraints: PassThrough | None
     return _Data(everything, u, v, np.ones(len(everything), dtype=bool), len(fixed))
 
 
-def _core(border_distance: Array | None, n_points: int) -> NDArray[np.bool_]:
+def core_points(border_distance: Array | None, n_points: int) -> NDArray[np.bool_]:
     """Points well inside, or all where too few are."""
     if border_distance is not None:
         inside = border_distance >= _CORE_DISTANCE
@@ -189,27 +214,18 @@ def _coarsest(
     """
     free = data.is_used[: data.n_free]
     points = data.points[: data.n_free][free]
-    averaged = sigma / np.sqrt(min(N_NEIGHBOURS, max(len(points), 1)))
-    limit, worst_limit = (
-        a * averaged + b * options.tolerance for a, b in (_MEAN_LIMIT, _WORST_LIMIT)
-    )
     trials: list[_Trial] = []
     passes = False
     for n, knots in _knot_choices(data, n_spans, sizes):
         surface, data = _fit_on_knots(data, knots, sigma, _TRIAL_CORRECTIONS)
-        residuals = clipped(_residuals(surface, data)[: data.n_free][free], sigma, options)
-        means = np.abs(local_means(points, residuals))
-        trials.append(_Trial(rms(means), n, knots, data))
-        passes = bool(
-            trials[-1].drift < limit
-            and np.quantile(means, _WORST_QUANTILE) < worst_limit
-            and rms(residuals) < rms_limit(sigma, options)
-        )
+        left = structure(points, _residuals(surface, data)[: data.n_free][free], sigma, options)
+        trials.append(_Trial(left.drift, n, knots, data))
+        passes = left.is_noise
         if passes:
             chosen = trials[-1]
             break
         chosen = min(trials, key=lambda trial: trial.drift)
-        if len(trials) - trials.index(chosen) > _STALLED:
+        if len(trials) - trials.index(chosen) > STALLED:
             break
     surface, data = _fit_on_knots(chosen.data, chosen.knots, sigma, PARAMETER_CORRECTIONS)
     return surface, data, chosen.n_spans, passes

@@ -12,6 +12,7 @@ from crispline.fit.bspline import fit_bspline_surface
 from crispline.fit.cone import fit_cone
 from crispline.fit.cylinder import fit_cylinder
 from crispline.fit.dominant import dominant_plane
+from crispline.fit.extrusion import fit_extrusion
 from crispline.fit.plane import fit_plane
 from crispline.fit.residual import faces_alike, judge, residual_limit, rms, rms_limit
 from crispline.fit.robust import thinned
@@ -96,7 +97,7 @@ def choose_surface(
     description length; ``k`` free parameters) that passes; a plane that passes
     too gives way only where that pays. What none of these leaves as noise is a plane with
     strips of its neighbours if :func:`crispline.fit.dominant.dominant_plane` says so, else a
-    B-spline.
+    B-spline, with straight parallel rulings if that is enough.
 
     Parameters
     ----------
@@ -156,6 +157,11 @@ def choose_surface(
         return main
     if "bspline" in kinds and len(points) >= MIN_FREE_FORM_POINTS:
         distance = None if border_distance is None else border_distance[kept]
+        swept = fit_extrusion(points, normals, sigma, options, border_distance=distance)
+        if swept is not None:
+            straight = tested(swept, points, sigma, options, normals)
+            if straight.is_accepted:
+                return straight
         free = fit_bspline_surface(points, normals, sigma, options, border_distance=distance)
         if free is not None:
             return tested(free, points, sigma, options, normals)

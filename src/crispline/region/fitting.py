@@ -115,7 +115,7 @@ def fit_regions(
             kinds = KINDS if len(points) >= 2 * _MIN_POINTS else KINDS[:-1]
             fit = choose_surface(points, normals, sigma, options, kinds, clearance)
         fits[region] = (
-            _region_fit(fit.surface, points, normals, fit.is_accepted),
+            fitted_region(fit.surface, points, normals, fit.is_accepted),
             fingerprint,
         )
     return fits
@@ -126,11 +126,11 @@ def held_fit(surface: Surface, patches: Labels, evidence: Evidence) -> RegionFit
     members = np.isin(evidence.patch, patches)
     if not members.any():
         graph = evidence.graph
-        return _region_fit(surface, graph.points[patches], graph.normals[patches], True)
-    return _region_fit(surface, evidence.points[members], evidence.normals[members], True)
+        return fitted_region(surface, graph.points[patches], graph.normals[patches], True)
+    return fitted_region(surface, evidence.points[members], evidence.normals[members], True)
 
 
-def _region_fit(surface: Surface, points: Array, normals: Array, is_accepted: bool) -> RegionFit:
+def fitted_region(surface: Surface, points: Array, normals: Array, is_accepted: bool) -> RegionFit:
     """Attach points and the outward side to a surface."""
     feet, directions = surface.project(points)
     side = 1 if float(np.einsum("ij,ij->", directions, normals)) >= 0.0 else -1

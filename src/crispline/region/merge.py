@@ -17,13 +17,13 @@ from crispline.options import FitOptions, RegionOptions
 from crispline.region.fitting import LabelledCloud
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Cylinder, Surface
+from crispline.surface import BSplineSurface, Cylinder, Surface
 from crispline.surface.base import Array
 
 Pair = tuple[int, int]
 
 _CHANGED = 0.05  # share of its patches by which a region must change to be tried again
-_MIN_BORDER = 3  # sides; regions that touch less are not neighbours
+MIN_BORDER = 3  # sides; regions that touch less are not neighbours
 _CHI_SQUARE_CAP = 16.0
 _NOISE_SHARE = 0.02  # fits differ by this much per point for reasons that are no faces
 _COMPARABLE = 0.2  # share of the larger piece's points that the smaller must have
@@ -53,9 +53,9 @@ def merge_regions(
     label = label.copy()
     size = np.bincount(label)
     joined: set[int] = set()
-    for (a, b), sides, angle_deg in _gentle_borders(label, fits, graph, options.max_merge_deg):
+    for (a, b), sides, angle_deg in gentle_borders(label, fits, graph, options.max_merge_deg):
         sizes = (int(size[a]), int(size[b]))
-        if sides < _MIN_BORDER or a in joined or b in joined:
+        if sides < MIN_BORDER or a in joined or b in joined:
             continue
         if (a, b) in refused and _are_alike(sizes, refused[a, b]):
             continue
@@ -80,7 +80,7 @@ def _are_alike(sizes: Pair, before: Pair) -> bool:
     return all(abs(n - m) <= _CHANGED * m for n, m in zip(sizes, before, strict=True))
 
 
-def _gentle_borders(
+def gentle_borders(
     label: Labels, fits: Mapping[int, RegionFit], graph: PatchGraph, max_deg: float
 ) -> list[tuple[Pair, int, float]]:
     """Neighbouring regions whose surfaces meet at less than ``max_deg``, longest border first.
@@ -143,7 +143,7 @@ def _is_one_surface(
         spared = sum(fit.surface.n_parameters for fit in fits) - joint.n_parameters
         n_points = sum(len(points) for points, _ in both)
         allowance = max(2.0 * spared * np.log(n_points), _NOISE_SHARE * n_points)
-        if _chi_square(together, sigma) < _chi_square(apart, sigma) + allowance:
+        if chi_square(together, sigma) < chi_square(apart, sigma) + allowance:
             return True
     return is_smooth and _is_one_free_form(parts, fits, sigma, options)
 
@@ -170,7 +170,8 @@ def _is_one_free_form(
     # What no B-spline explains by itself it does not explain together with more.
     if not all(fit.is_accepted for fit in free_forms):
         return False
-    splines = [fit.surface.n_parameters for fit in free_forms]
+    surfaces = [fit.surface for fit in free_forms]
+    splines = [s.control_points.size for s in surfaces if isinstance(s, BSplineSurface)]
     sizes = sorted(len(points) for points, _, _ in parts)
     if not splines and sizes[0] < _COMPARABLE * sizes[1]:
         return False
@@ -230,7 +231,7 @@ def _is_shallow(fit: RegionFit, options: FitOptions) -> bool:
     return reach > float(np.cos(np.radians(0.5 * options.shallow_deg)))
 
 
-def _chi_square(explained: list[tuple[Surface, Array]], sigma: float) -> float:
+def chi_square(explained: list[tuple[Surface, Array]], sigma: float) -> float:
     """Sum of squared residuals over sigma squared, each capped so that outliers do not decide."""
     residuals = [surface.signed_distance(points) for surface, points in explained]
     squared = np.square(np.concatenate(residuals) / sigma)

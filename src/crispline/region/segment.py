@@ -15,6 +15,7 @@ from crispline.region.cleanup import tidy
 from crispline.region.complete import completed
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
+from crispline.region.extrude import with_extrusions
 from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
 from crispline.region.narrow import with_narrow_faces
@@ -122,7 +123,7 @@ def segment(
                 label, graph, is_sharp, patch_sigma, options, draft, _unexplained(label, fits)
             ).label
         label = tidy(label, quads, options.min_patches)
-    _, fits = fitted(fit_options)
+    labelled, fits = fitted(fit_options)
     has_faces = not split.is_sculpture
     has_faces &= explained_share(label, fits) >= options.min_explained
     if has_faces:
@@ -132,6 +133,11 @@ def segment(
             label = new
             return fitted(fit_options)[1]
 
+        one, swept = with_extrusions(label, fits, labelled, graph, options, fit_options)
+        if swept:
+            known = {region: (fit, 0) for region, fit in {**fits, **swept}.items()}
+            one = expand_regions(one, {**fits, **swept}, evidence, options)
+            fits = refitted(tidy(one, quads, options.min_patches))
         label, fits = with_narrow_faces(label, fits, refitted, evidence, quads, options)
     names = np.unique(label)
     return Segmentation(

@@ -9,6 +9,7 @@ import numpy as np
 
 from crispline.fit.bspline import PassThrough, fit_bspline_surface
 from crispline.fit.choose import explains
+from crispline.fit.extrusion import fit_extrusion
 from crispline.fit.residual import residual_limit
 from crispline.options import FitOptions, LocateOptions
 from crispline.region.regionfit import RegionFit
@@ -16,6 +17,7 @@ from crispline.region.topology import Topology
 from crispline.sharp.crease import touching_border
 from crispline.sharp.network import corner_vertices
 from crispline.sharp.trace import Guide, guide_along
+from crispline.surface import ExtrudedSurface
 from crispline.surface.base import Array
 
 _BESIDE = 1.0
@@ -113,7 +115,9 @@ def _refitted(
     own = np.abs(fit.residuals) < residual_limit(sigma, options)
     points = fit.points[own]
     normals = fit.orientation * fit.surface.project(points)[1]
-    surface = fit_bspline_surface(points, normals, sigma, options, constraints)
+    is_swept = isinstance(fit.surface, ExtrudedSurface)
+    refit = fit_extrusion if is_swept else fit_bspline_surface
+    surface = refit(points, normals, sigma, options, constraints)
     if surface is None or surface.n_parameters > _FINER * fit.surface.n_parameters:
         return None
     if not explains(surface, points, normals, sigma, options):

@@ -4,6 +4,7 @@ from crispline.surface.base import Similarity, Surface, perpendicular_frame, uni
 from crispline.surface.bspline import BSplineSurface
 from crispline.surface.cone import Cone
 from crispline.surface.cylinder import Cylinder
+from crispline.surface.extruded import ExtrudedSurface
 from crispline.surface.plane import Plane
 from crispline.surface.sphere import Sphere
 from crispline.surface.torus import Torus
@@ -12,6 +13,7 @@ __all__ = [
     "BSplineSurface",
     "Cone",
     "Cylinder",
+    "ExtrudedSurface",
     "Plane",
     "Similarity",
     "Sphere",
