@@ -6,6 +6,7 @@ from crispline.fit.choose import (
     PRIMITIVE_FITS,
     choose_surface,
     explains,
+    refit,
 )
 from crispline.options import FitOptions
 from crispline.surface import Cylinder
@@ -114,3 +115,23 @@ def test_too_few_points_get_their_tangent_plane_unaccepted(n):
     assert fit.surface.kind == "plane"
     assert not fit.is_accepted
     np.testing.assert_allclose(fit.surface.signed_distance(points), 0.0, atol=1e-12)
+
+
+def test_what_strips_of_a_neighbour_have_bent_becomes_a_plane_again():
+    rng = np.random.default_rng(0)
+    flat = np.column_stack([rng.uniform(0.0, 9.0, (80, 2)), 0.2 * rng.normal(size=80)])
+    up = np.tile([0.0, 0.0, 1.0], (80, 1))
+    bent = Cylinder(np.array([4.5, 0.0, -120.0]), np.array([0.0, 1.0, 0.0]), 120.0)
+    assert refit(bent, flat, up, 0.2, FitOptions()) is None
+
+
+def test_a_round_that_is_fitted_again_stays_a_round():
+    rng = np.random.default_rng(0)
+    angle = rng.uniform(-0.5, 0.5, 80)
+    normals = np.column_stack([np.sin(angle), 0.0 * angle, np.cos(angle)])
+    points = 6.0 * normals + rng.uniform(0.0, 9.0, (80, 1)) * [0.0, 1.0, 0.0]
+    points += 0.2 * rng.normal(size=(80, 1)) * normals
+    known = Cylinder(np.zeros(3), np.array([0.0, 1.0, 0.0]), 6.0)
+    found = refit(known, points, normals, 0.2, FitOptions())
+    assert found is not None
+    assert found.surface.kind == "cylinder"

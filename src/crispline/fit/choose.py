@@ -35,6 +35,9 @@ _NOISE_SHARE = 0.05
 """Chi-square per point that a real scan's nearly flat faces may gain from a huge radius."""
 
 
+_NEARLY_FLAT = np.radians(5.0)
+"""A curved primitive that leans less from its mean direction may be a plane."""
+
 _COMPLEXITY = {"cylinder": 5, "sphere": 6, "cone": 6, "torus": 7}
 """Parameters charged for a shape. A sphere has four, but on a narrow band it fits as well
 as the far commoner cylinder and cone, so it needs as much evidence as a cone."""
@@ -181,7 +184,8 @@ def refit(
 ) -> Fit | None:
     """Fit the same kind of primitive again to points that have changed a little.
 
-    None if ``known`` is no primitive or its kind no longer passes: choose anew.
+    None if ``known`` is no primitive or its kind no longer passes, or if it is nearly flat and
+    a plane leaves nothing but noise: choose anew.
     """
     if known.kind not in PRIMITIVE_FITS:
         return None
@@ -193,9 +197,24 @@ def refit(
     fit = tested(surface, points[kept], sigma, options, normals[kept])
     if not fit.is_accepted:
         return None
-    # A plane that passes with more than noise left may be a gentle curve: weigh it again.
-    is_doubtful = known.kind == "plane" and not is_pure_noise(fit.rms, fit.n_points, sigma)
-    return None if is_doubtful else fit
+    if known.kind == "plane":
+        # One that passes with more than noise left may be a gentle curve: weigh it again.
+        return fit if is_pure_noise(fit.rms, fit.n_points, sigma) else None
+    if len(kept) >= MIN_FREE_FORM_POINTS and _hardly_turns(surface, points[kept]):
+        # Strips of a neighbour may have bent it until the border moved.
+        plane = fit_plane(points[kept], normals[kept], sigma)
+        if plane is not None:
+            flat = tested(plane, points[kept], sigma, options, normals[kept])
+            if flat.is_accepted and is_pure_noise(flat.rms, flat.n_points, sigma):
+                return None
+    return fit
+
+
+def _hardly_turns(surface: Surface, points: Array) -> bool:
+    """Whether a surface is nearly flat at points ``(n, 3)``, but for a twentieth of them."""
+    directions = surface.project(points)[1]
+    middle = unit(directions.mean(axis=0))
+    return bool(np.quantile(directions @ middle, 0.05) > np.cos(_NEARLY_FLAT))
 
 
 def is_pure_noise(size: float, n_points: int, sigma: float) -> bool:
