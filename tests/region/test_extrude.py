@@ -48,13 +48,13 @@ def ribbon(curvature, length, cut, seed=0):
     return graph, (t > cut).astype(np.int64), cloud
 
 
-def joined(scene):
+def joined(scene, kinds=("cylinder", "cylinder")):
     graph, label, cloud = scene
     options = FitOptions()
     fits = {}
-    for region in (0, 1):
+    for region, kind in enumerate(kinds):
         points, normals, _ = cloud.samples(region, options)
-        fit = choose_surface(points, normals, SIGMA, options, ("cylinder",))
+        fit = choose_surface(points, normals, SIGMA, options, (kind,))
         fits[region] = fitted_region(fit.surface, points, normals, fit.is_accepted)
     return with_extrusions(label, fits, cloud, graph, RegionOptions(), options)
 
@@ -75,5 +75,19 @@ def test_two_arcs_that_touch_stay_two_cylinders():
 
 def test_a_bend_the_other_way_stays_another_face():
     label, found = joined(ribbon(lambda t: np.where(t < 22.0, 1 / 30.0, -1 / 30.0), 40.0, 22.0))
+    assert np.unique(label).tolist() == [0, 1]
+    assert found == {}
+
+
+def test_a_strip_that_passes_for_a_plane_is_a_piece_too():
+    scene = ribbon(lambda t: 0.03 * np.cos(1.4 * t / 40.0), 40.0, 33.0)
+    label, found = joined(scene, ("cylinder", "plane"))
+    assert np.unique(label).tolist() == [0]
+    assert isinstance(found[0].surface, ExtrudedSurface)
+
+
+def test_a_round_that_goes_over_into_a_plane_stays_a_cylinder():
+    scene = ribbon(lambda t: np.where(t < 30.0, 1 / 25.0, 0.0), 44.0, 30.0)
+    label, found = joined(scene, ("cylinder", "plane"))
     assert np.unique(label).tolist() == [0, 1]
     assert found == {}

@@ -6,7 +6,7 @@ from turned import turned
 
 from crispline.options import RegionOptions
 from crispline.region.step import with_step_walls
-from crispline.surface import Cylinder, Plane
+from crispline.surface import Cylinder, Plane, Sphere
 
 UPPER, WALL, LOWER, CRUMB = 0, 1, 2, 3
 EDGE = 12.0
@@ -56,6 +56,27 @@ def test_a_straight_step_gets_its_plane():
     assert np.abs(wall.surface.signed_distance(np.array([[EDGE, 30.0, 1.0]]))) < 0.3
     assert not touching(new, part.evidence.graph, (UPPER, LOWER)).any()
     assert (new == name).sum() >= (part.face == WALL).sum()
+
+
+def test_a_pad_with_a_domed_top_gets_its_cylinder_too():
+    part, label = step(1.5)
+    dome = Sphere(np.array([0.0, 0.0, 1.5 - 80.0]), np.hypot(80.0, EDGE))
+    lies_low = Plane(np.zeros(3), UP)
+    fits = part.fits({UPPER: dome, LOWER: lies_low}, label)
+    new, walls = with_step_walls(label, fits, part.evidence, OPTIONS)
+    ((_, wall),) = walls.items()
+    assert isinstance(wall.surface, Cylinder)
+    assert wall.surface.radius == pytest.approx(EDGE, abs=0.5)
+    assert not touching(new, part.evidence.graph, (UPPER, LOWER)).any()
+
+
+def test_a_dome_that_meets_the_plane_gets_none():
+    part, label = step(1.5)
+    dome = Sphere(np.array([0.0, 0.0, -60.0]), np.hypot(60.0, EDGE))  # through the border
+    fits = part.fits({UPPER: dome, LOWER: Plane(np.zeros(3), UP)}, label)
+    new, walls = with_step_walls(label, fits, part.evidence, OPTIONS)
+    assert walls == {}
+    np.testing.assert_array_equal(new, label)
 
 
 def test_a_crumb_of_the_wall_gives_way():

@@ -201,6 +201,26 @@ def test_a_fold_and_a_stray_are_not_sane():
     assert not is_sane(strayed, guide, 0.0, cloud, 2.2)
 
 
+@pytest.mark.parametrize(("opening_deg", "is_found"), [(45.0, True), (90.0, False)])
+def test_a_net_rounds_off_an_acute_edge_farther(opening_deg, is_found):
+    radius, away = 20.0, 3.6  # spacings by which the chain runs beside the edge
+    half_angle = np.radians(opening_deg)
+    sides = [
+        RegionFit(Cylinder(ORIGIN, Z, radius), 1, np.empty((0, 3)), np.empty(0)),
+        RegionFit(
+            Cone(-radius / np.tan(half_angle) * Z, Z, half_angle), -1, np.empty((0, 3)), np.empty(0)
+        ),
+    ]
+    angle = np.linspace(0.0, TURN, 121)
+    edge = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(121)])
+    guide = guide_along(edge + away * Z, is_closed=True)
+    border = border_between(guide, sides, LocateOptions())
+    assert np.degrees(border.angle(edge)) == pytest.approx(180.0 - opening_deg)
+    crease = locate_crease(border, None, cKDTree(edge), 2.2, LocateOptions())
+    assert crease.is_fallback != is_found
+    assert (crease.gap < 1e-9) == is_found
+
+
 def test_splitting_a_chain_keeps_the_loops(shapes):
     topology = shapes["box"](0.0, 0).topology()
     cut = split(topology, 0, 5)

@@ -20,7 +20,8 @@ from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface.base import Array
 
-_SWEPT = ("cylinder", "cone", "bspline")  # what a piece of such a face passes for
+_SWEPT = ("cylinder", "cone", "bspline")  # what a piece of such a face passes for ...
+_STRIP = "plane"  # ... and a small piece beside one of these
 _NOISE_SHARE = 0.02  # fits differ by this much per point for reasons that are no faces
 _MAX_ROUNDS = 8
 
@@ -57,7 +58,7 @@ def with_extrusions(
         for pair, sides, _angle in gentle_borders(label, found, graph, options.merge_deg):
             if sides < MIN_BORDER or pair in refused or not set(pair) <= set(found):
                 continue
-            if any(found[region].surface.kind not in _SWEPT for region in pair):
+            if not _may_be_swept([found[region] for region in pair]):
                 continue
             for region in pair:
                 if region not in samples:
@@ -79,6 +80,12 @@ def with_extrusions(
         if not changed:
             break
     return label, joined
+
+
+def _may_be_swept(fits: list[RegionFit]) -> bool:
+    """Whether two surfaces may be pieces of one that was swept."""
+    smaller, larger = sorted(fits, key=lambda fit: len(fit.points))
+    return larger.surface.kind in _SWEPT and smaller.surface.kind in (*_SWEPT, _STRIP)
 
 
 def _together(parts: list[Samples]) -> Samples:

@@ -13,10 +13,12 @@ from crispline.region.cleanup import tidy
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.fitting import held_fit
+from crispline.region.groove import with_grooves
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.region.ring import with_rings
 from crispline.region.step import with_step_walls
+from crispline.region.wedge import with_wedges
 
 Refit = Callable[[Labels], Mapping[int, RegionFit]]
 
@@ -29,7 +31,7 @@ def with_narrow_faces(
     quads: HalfEdges,
     options: RegionOptions,
 ) -> tuple[Labels, dict[int, RegionFit]]:
-    """Labels and fits with the rings about known axes, then with the walls of low steps.
+    """Labels and fits with the rings and grooves about known axes, then with the walls of steps.
 
     Their surfaces stay as the neighbours hold them; the others are fitted again.
 
@@ -43,10 +45,22 @@ def with_narrow_faces(
         new = closed_rings(new, rings, evidence.graph, options)
         label = tidy(new, quads, options.min_patches)
         fits = _held(refit(label), rings, label, new, evidence)
+    new, grooves = with_grooves(label, fits, evidence, quads, options)
+    if grooves:
+        label = tidy(new, quads, options.min_patches)
+        rings = {**rings, **grooves}
+        fits = _held(refit(label), rings, label, new, evidence)
     new, walls = with_step_walls(label, fits, evidence, options)
     if walls:
         label = tidy(new, quads, options.min_patches)
-        fits = _held(refit(label), {**rings, **walls}, label, new, evidence)
+        rings = {**rings, **walls}
+        fits = _held(refit(label), rings, label, new, evidence)
+    new, grown = with_wedges(label, fits, evidence.graph, quads, options)
+    if grown:
+        label = tidy(new, quads, options.min_patches)
+        # Where a wall is lower than a patch, the points of its patches are not its own.
+        rings = {**rings, **{name: fits[name] for name in grown}}
+        fits = _held(refit(label), rings, label, new, evidence)
     return label, dict(fits)
 
 

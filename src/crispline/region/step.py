@@ -1,9 +1,10 @@
-"""Walls of low steps: the faces that must be between parallel planes that share a border.
+"""Walls of low steps: the faces that must be between a plane and what shares a border with it.
 
-Parallel planes do not meet. Where the regions of two do all the same, the wall between them is
-a row or two of patches high, which no seed fits into, or what is left of it are crumbs that
-lean any way. But its direction is known, the normal of the planes, and where it stands the
-border tells: a line or a circle across that direction holds it well.
+Parallel planes do not meet, nor do a plane and a curved face that runs along beside it. Where the
+regions of two do all the same, the wall between them is a row or two of patches high, which no
+seed fits into, or what is left of it are crumbs that lean any way. But its direction is known,
+the normal of the plane, and where it stands the border tells: a line or a circle across that
+direction holds it well.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ from crispline.surface import Cylinder, Plane, Surface
 from crispline.surface.base import Array
 
 _MAX_TILT = np.radians(3.0)  # between directions that count as parallel
+_MAX_LEAN = np.radians(15.0)  # of a curved face from the plane, along the border that they share
+_LOWEST = 0.1  # quantile of the height that must be a step: at some places the border is ragged
 _RAGGED = 0.35  # scatter of the patches along a border about the true one, spacings
 _BESIDE = 0.7  # share of a crumb's border that is with the two planes
 _CLEARLY_MORE = 1.05  # worth of a curve with more parameters over that of one with fewer ...
@@ -49,12 +52,12 @@ _ANY_NORMAL = -2.0  # the net rounds a low wall
 
 @dataclass(frozen=True)
 class _Step:
-    """Two parallel planes that touch.
+    """A plane and another face that touch but do not meet.
 
     Attributes
     ----------
     planes, crumbs : labels of the two and of what else stands between them.
-    sweep : along their normal.
+    sweep : along the plane's normal.
     centres : of round faces beside them with axes along it, across it, each of shape ``(2,)``.
     touching : patches with a side between the planes, shape ``(m,)``.
     """
@@ -72,9 +75,9 @@ def with_step_walls(
     evidence: Evidence,
     options: RegionOptions,
 ) -> tuple[Labels, dict[int, RegionFit]]:
-    """Labels with the walls between parallel planes, and the surfaces of these walls.
+    """Labels with the walls between planes and faces along them, and the surfaces of these walls.
 
-    Crumbs that stand between the planes give way where a wall passes. Pieces of border that
+    Crumbs that stand between the two give way where a wall passes. Pieces of border that
     neither a line nor a circle explains stay as they are.
 
     Parameters
@@ -106,7 +109,7 @@ def _steps(
     graph: PatchGraph,
     options: RegionOptions,
 ) -> Iterator[_Step]:
-    """Every two parallel planes of different height with a border."""
+    """Every plane and face of different height with a border."""
     ends = np.sort(label[graph.pairs], axis=1)
     is_border = ends[:, 0] != ends[:, 1]
     borders, lengths = np.unique(ends[is_border], axis=0, return_counts=True)
@@ -114,7 +117,9 @@ def _steps(
     for (a, b), n_sides in zip(borders.tolist(), lengths.tolist(), strict=True):
         if n_sides < options.step_sides or min(size[a], size[b]) < options.crumb_patches:
             continue
-        if not _is_step(fits[a], fits[b], options):
+        sides = graph.pairs[(ends == (a, b)).all(axis=1)]
+        direction = _rise(fits[a], fits[b], graph.points[sides].mean(axis=1), options)
+        if direction is None:
             continue
         beside = np.setdiff1d(borders[np.isin(borders, (a, b)).any(axis=1)], (a, b)).tolist()
         crumbs = tuple(
@@ -123,30 +128,39 @@ def _steps(
             if size[region] < options.crumb_patches
             and _is_between(region, (a, b), borders, lengths)
         )
-        sweep = Translation(_direction(fits[a].surface))
+        sweep = Translation(direction)
         centres = tuple(
             sweep.flattened(axis[None])[0]
             for region in beside
             if (axis := _upright_axis(fits[region], sweep.direction)) is not None
         )
         touching = np.zeros(len(label), dtype=bool)
-        touching[graph.pairs[(ends == (a, b)).all(axis=1)].ravel()] = True
+        touching[sides.ravel()] = True
         yield _Step((a, b), crumbs, sweep, centres, touching)
 
 
-def _direction(surface: Surface) -> Array:
-    return surface.normal if isinstance(surface, Plane) else np.zeros(3)
+def _rise(
+    first: RegionFit, second: RegionFit, places: Array, options: RegionOptions
+) -> Array | None:
+    """The direction of a low wall between two faces along their border; None if there is none.
 
-
-def _is_step(first: RegionFit, second: RegionFit, options: RegionOptions) -> bool:
-    """Whether two regions are parallel planes with room for a low wall between them."""
-    if not (first.is_accepted and second.is_accepted and len(second.points)):
-        return False
-    cosine = abs(float(_direction(first.surface) @ _direction(second.surface)))
-    if cosine < np.cos(_MAX_TILT):
-        return False
-    height = abs(float(np.median(first.surface.signed_distance(second.points))))
-    return bool(options.step_height < height < options.max_step_height)
+    Parameters
+    ----------
+    places : along the border, shape ``(n, 3)``.
+    """
+    if not (first.is_accepted and second.is_accepted):
+        return None
+    normals = [fit.surface.normal for fit in (first, second) if isinstance(fit.surface, Plane)]
+    if not normals:
+        return None
+    feet, facing = zip(*(fit.surface.project(places) for fit in (first, second)), strict=True)
+    lean = _MAX_TILT if len(normals) == 2 else _MAX_LEAN
+    outward = first.orientation * second.orientation * np.einsum("ij,ij->i", *facing)
+    if np.min(outward) < np.cos(lean):
+        return None
+    height = np.abs((feet[0] - feet[1]) @ normals[0])
+    is_low = np.median(height) < options.max_step_height
+    return normals[0] if is_low and np.quantile(height, _LOWEST) > options.step_height else None
 
 
 def _is_between(region: int, planes: tuple[int, int], borders: Labels, lengths: Labels) -> bool:

@@ -34,6 +34,7 @@ _MAX_TOUCH = 0.02
 _MIN_KINK_DEG = 2.0  # shallower crossings are too far off along the surfaces
 _EXACT = 1e-9
 _MAX_BRANCH_SPREAD = 0.3
+_MAX_ROUNDED_OFF = 2.0
 
 
 @dataclass(frozen=True)
@@ -192,7 +193,8 @@ def locate_crease(
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
     for points in traced(guide, border.constraints, feet, max_gap):
-        if is_sane(points, guide, slack, cloud, max_cloud_distance):
+        leeway = slack + _rounded_off(border.angle(points))
+        if is_sane(points, guide, leeway, cloud, max_cloud_distance):
             curve = curve_along(points, ends, border.constraints, options)
             if curve is None:
                 continue
@@ -209,6 +211,16 @@ def smoothed_crease(border: Border, ends: tuple[Array, Array] | None) -> Crease:
 def curve_gap(curve: Curve, surfaces: Sequence[Surface]) -> float:
     """Largest distance of a curve to surfaces, spacings."""
     return float(distance(curve.samples(N_SAMPLES), surfaces).max())
+
+
+def _rounded_off(angle: float) -> float:
+    """How much farther than at a right angle the net passes a sharper edge, spacings.
+
+    A round of radius 1 between faces that open by ``pi - angle`` leaves their edge by
+    ``1 / cos(angle / 2) - 1``.
+    """
+    leaves = 1.0 / max(float(np.cos(0.5 * angle)), 1e-3)
+    return float(np.clip(leaves - np.sqrt(2.0), 0.0, _MAX_ROUNDED_OFF))
 
 
 def _end_feet(ends: tuple[Array, Array], constraints: Sequence[Constraint]) -> tuple[Array, Array]:

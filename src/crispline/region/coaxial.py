@@ -1,0 +1,145 @@
+"""Faces about one axis, and where a narrow face may be lost between two of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from crispline.fit.choose import is_pure_noise
+from crispline.fit.residual import rms
+from crispline.fit.swept import Line, Revolution
+from crispline.options import RegionOptions
+from crispline.region.evidence import Evidence
+from crispline.region.patches import Labels, PatchGraph
+from crispline.region.regionfit import RegionFit
+from crispline.surface import Cone, Cylinder, Plane
+from crispline.surface.base import Array
+
+Fits = Mapping[int, RegionFit]
+
+_MAX_TILT = np.radians(3.0)  # between axes that count as one ...
+_MAX_OFFSET = 0.5  # ... and between where they stand, spacings
+_BESIDE = 0.8  # share of a crumb's border that is with the two faces about the axis
+_ONE_SIDED = 0.2  # a neighbour with less border than this, relative to the other, is none
+_MAX_WIDTH = 8.0  # of what stands for a groove, along its profile, spacings
+_ROUND = 0.75  # share of the circumference that a border of two such faces must have, at least
+
+
+@dataclass(frozen=True)
+class Site:
+    """Two faces about an axis and what is between them.
+
+    Attributes
+    ----------
+    sweep : about the axis.
+    first, last : labels of the two, which may be one.
+    crumb : the region between them; None where they touch.
+    lines : profiles of the two.
+    """
+
+    sweep: Revolution
+    first: int
+    last: int
+    crumb: int | None
+    lines: tuple[Line, Line]
+
+
+def coaxial_sites(
+    label: Labels, fits: Fits, evidence: Evidence, options: RegionOptions
+) -> Iterator[Site]:
+    """Crumbs between faces about an axis, then borders between two such faces."""
+    size, graph = np.bincount(label), evidence.graph
+    doubtful = {
+        name
+        for name, fit in fits.items()
+        if not _is_explained(fit, float(np.median(evidence.patch_noise[label == name])), options)
+    }
+    large = set(np.flatnonzero(size > options.max_pruned_patches).tolist())
+    ends = np.sort(label[graph.pairs], axis=1)
+    ends = ends[ends[:, 0] != ends[:, 1]]
+    borders, sides = np.unique(ends, axis=0, return_counts=True)
+    for sweep in _axes(fits, size, options):
+        about = {
+            name: line
+            for name, fit in fits.items()
+            if fit.is_accepted
+            and (name in large or name not in doubtful)
+            and (line := straight_profile(fit, sweep)) is not None
+        }
+        for crumb in sorted(doubtful & _narrow(label, size, sweep, graph)):
+            own = (borders == crumb).any(axis=1)
+            beside = borders[own].sum(axis=1) - crumb
+            order = np.argsort(-sides[own], kind="stable")
+            names = [name for name in beside[order].tolist() if name in about][:2]
+            lengths = [int(sides[own][beside == name].sum()) for name in names]
+            if sum(lengths) < _BESIDE * int(sides[own].sum()):
+                continue
+            if len(names) == 1 or lengths[1] < _ONE_SIDED * lengths[0]:
+                names = [names[0], names[0]]
+            lines = about[names[0]], about[names[1]]
+            yield Site(sweep, names[0], names[1], crumb, lines)
+        for (a, b), n_sides in zip(borders.tolist(), sides.tolist(), strict=True):
+            if a not in about or b not in about or min(size[a], size[b]) < options.crumb_patches:
+                continue
+            touching = (np.sort(label[graph.pairs], axis=1) == (a, b)).all(axis=1)
+            radius = np.median(sweep.flattened(graph.points[graph.pairs[touching, 0]])[:, 0])
+            if n_sides > _ROUND * 2.0 * np.pi * radius:
+                yield Site(sweep, a, b, None, (about[a], about[b]))
+
+
+def _narrow(label: Labels, size: Labels, sweep: Revolution, graph: PatchGraph) -> set[int]:
+    """Regions that would be no wider than a groove if they went round the axis."""
+    away = sweep.flattened(graph.points)[:, 0]
+    radius = np.bincount(label, away, minlength=len(size)) / np.maximum(size, 1)
+    is_narrow = (size > 0) & (size * graph.edge_length**2 < _MAX_WIDTH * 2.0 * np.pi * radius)
+    return set(np.flatnonzero(is_narrow).tolist())
+
+
+def _is_explained(fit: RegionFit, noise: float, options: RegionOptions) -> bool:
+    """Whether a surface leaves nothing but noise in its points."""
+    sigma = max(noise, options.swallowed_floor)
+    n_points = len(fit.residuals)
+    return n_points > 0 and is_pure_noise(rms(fit.residuals), n_points, sigma)
+
+
+def _axes(fits: Fits, size: Labels, options: RegionOptions) -> Iterator[Revolution]:
+    """Axes of the larger faces, each once."""
+    known: list[Revolution] = []
+    for name in sorted(fits, key=lambda name: (-size[name], name)):
+        surface = fits[name].surface
+        if size[name] < options.crumb_patches or not fits[name].is_accepted:
+            continue
+        if isinstance(surface, Cylinder | Cone):
+            origin = surface.origin if isinstance(surface, Cylinder) else surface.apex
+            if not any(is_on_axis(origin, surface.axis, other) for other in known):
+                known.append(Revolution(origin, surface.axis))
+                yield known[-1]
+
+
+def is_on_axis(place: Array, direction: Array, sweep: Revolution) -> bool:
+    """Whether an axis through a place is that of a sweep."""
+    offset = np.cross(place - sweep.origin, sweep.axis)
+    cosine = abs(float(direction @ sweep.axis))
+    return bool(np.linalg.norm(offset) < _MAX_OFFSET and cosine > np.cos(_MAX_TILT))
+
+
+def straight_profile(fit: RegionFit, sweep: Revolution) -> Line | None:
+    """The line that sweeps a face; None if it is not about the axis, or no line does."""
+    surface = fit.surface
+    match surface:
+        case Plane() if abs(float(surface.normal @ sweep.axis)) > np.cos(_MAX_TILT):
+            away = float((surface.origin - sweep.origin) @ surface.normal)
+            return Line(np.pi / 2.0, away / float(surface.normal @ sweep.axis))
+        case Cylinder() if is_on_axis(surface.origin, surface.axis, sweep):
+            return Line(0.0, surface.radius)
+        case Cone() if is_on_axis(surface.apex, surface.axis, sweep):
+            side = float(np.sign(surface.axis @ sweep.axis))
+            height = float((surface.apex - sweep.origin) @ sweep.axis)
+            rise = side * float(np.sin(surface.half_angle))
+            return Line(
+                float(np.arctan2(-rise, np.cos(surface.half_angle))),
+                -rise * height,
+            )
+    return None
