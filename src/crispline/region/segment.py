@@ -19,6 +19,7 @@ from crispline.region.extrude import with_extrusions
 from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
 from crispline.region.narrow import with_narrow_faces
+from crispline.region.necks import with_necks
 from crispline.region.patches import Labels
 from crispline.region.prune import prune_regions
 from crispline.region.regionfit import RegionFit
@@ -138,6 +139,9 @@ def segment(
             known = {region: (fit, 0) for region, fit in {**fits, **swept}.items()}
             one = expand_regions(one, {**fits, **swept}, evidence, options)
             fits = refitted(tidy(one, quads, options.min_patches))
+        whole = with_necks(label, fits, evidence, options)
+        if not np.array_equal(whole, label):
+            fits = refitted(tidy(whole, quads, options.min_patches))
         label, fits = with_narrow_faces(label, fits, refitted, evidence, quads, options)
     names = np.unique(label)
     return Segmentation(
