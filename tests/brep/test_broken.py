@@ -131,6 +131,21 @@ def line_between(start, end):
     return Line(start, (end - start) / length, 0.0, length)
 
 
+def test_only_the_face_that_cannot_be_filled_is_at_fault(monkeypatch):
+    model = brep_models.box().model
+    cloud, filled = cloud_of(model), check_module.tessellate
+
+    def tessellate_all_but_one(shape, deflection):
+        mesh = filled(shape, deflection)
+        kept = mesh.faces != 1
+        return replace(mesh, triangles=mesh.triangles[kept], faces=mesh.faces[kept])
+
+    monkeypatch.setattr(check_module, "tessellate", tessellate_all_but_one)
+    check = check_shape(build_shape(model).shape, cloud, 1.0)
+    assert check.n_uncovered > 100
+    assert [(bad.index, bad.reason) for bad in check.bad_faces] == [(1, check_module.UNMESHED)]
+
+
 def test_face_that_strays_from_the_cloud_is_named():
     model = brep_models.box_cylinder().model
     cloud = cloud_of(model)

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from crispline import occt
+from crispline.brep import compose
 from crispline.brep.build import build_shape
 from crispline.brep.check import check_file, check_shape
 from crispline.brep.compose import make_solid
@@ -61,6 +62,14 @@ def test_repair_is_tried_told_and_checked():
     assert solid.attempt == "healed to 0.1 spacings"
     assert solid.check.is_good
     assert solid.check.volume == pytest.approx(60 * 40 * 30)
+
+
+def test_a_repair_that_loses_the_numbers_of_the_faces_is_dropped(monkeypatch):
+    lone = occt.subshapes(build_shape(brep_models.box().model).shape, occt.FACE)[0]
+    monkeypatch.setattr(compose, "heal", lambda *_: lone)  # valid, and far from the points
+    solid = make_solid(turned_roof(), np.full((50, 3), 1e3), 1.0)
+    assert solid.attempt == "as built"
+    assert min(fault.index for fault in solid.check.bad_faces) >= 0
 
 
 def test_without_time_the_faulty_shape_is_returned_as_faulty():

@@ -145,7 +145,8 @@ def check_shape(
 
     distances, n_uncovered = np.zeros(len(faces)), 0
     meshes = [tessellate(shape, deflection * spacing) for deflection in _DEFLECTIONS]
-    bad += [BadFace(int(i), UNMESHED) for i in np.flatnonzero(_vanishes(meshes, len(faces)))]
+    vanishing = np.flatnonzero(_vanishes(meshes, len(faces)))
+    bad += [BadFace(int(i), UNMESHED) for i in vanishing]
     mesh = meshes[0]
     if raw_points is not None and len(mesh.triangles):
         deviation = measure_deviation(mesh, len(faces), raw_points, spacing, STRAY)
@@ -157,6 +158,7 @@ def check_shape(
         bad += [
             BadFace(int(i), f"{deviation.n_uncovered[i]} raw points beside it are uncovered")
             for i in np.flatnonzero(deviation.n_uncovered)
+            if not len(vanishing)  # their points lie beside faces that are none the worse
         ]
     return Check(
         is_valid,

@@ -51,7 +51,8 @@ def make_solid(
     1. The shape is built as the model says. If it is good it is returned untouched, as
        it is when only its distance to the cloud is at fault: no repair can cure that.
     2. Otherwise the repairs of ``_HEALINGS`` are tried, and the first good shape is
-       returned; without one, the shape with the fewest faults, and a check that says so.
+       returned; without one, the shape with the fewest faults, and a check that says so. A
+       repair that cannot say which face of the model fails is no better than none.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def make_solid(
     built = build_shape(model.transformed(to_unit))
     points = None if raw_points is None else to_unit.points(raw_points)
     deadline = time.monotonic() + time_limit
-    best = _judge(built, built.shape, points, "as built", not model.is_closed)
+    first = best = _judge(built, built.shape, points, "as built", not model.is_closed)
     if _is_repairable(best.check):
         for max_tolerance, drop_pcurves in _HEALINGS:
             healed = heal(built.shape, max_tolerance, deadline - time.monotonic(), drop_pcurves)
@@ -86,6 +87,8 @@ def make_solid(
             )
             if best.check.is_good:
                 break
+        if any(fault.index < 0 for fault in best.check.bad_faces):
+            best = first
     back = to_unit.inverse()
     scale = back.scale
     check = replace(
