@@ -13,6 +13,7 @@ from crispline.options import FitOptions, RegionOptions
 from crispline.region.basins import basins, consecutive
 from crispline.region.cleanup import tidy
 from crispline.region.complete import completed
+from crispline.region.ends import with_ends
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.extrude import with_extrusions
@@ -143,6 +144,7 @@ def segment(
         if not np.array_equal(whole, label):
             fits = refitted(tidy(whole, quads, options.min_patches))
         label, fits = with_narrow_faces(label, fits, refitted, evidence, quads, options)
+        label, fits = with_ends(label, fits, net_vertices, quads, evidence, options)
     names = np.unique(label)
     return Segmentation(
         consecutive(label),
