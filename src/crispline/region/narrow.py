@@ -17,6 +17,7 @@ from crispline.region.groove import with_grooves
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.region.ring import with_rings
+from crispline.region.rounds import with_rounds
 from crispline.region.step import with_step_walls
 from crispline.region.wedge import with_wedges
 
@@ -31,7 +32,7 @@ def with_narrow_faces(
     quads: HalfEdges,
     options: RegionOptions,
 ) -> tuple[Labels, dict[int, RegionFit]]:
-    """Labels and fits with the rings and grooves about known axes, then with the walls of steps.
+    """Labels and fits with rounds, with rings and grooves about known axes, and with low walls.
 
     Their surfaces stay as the neighbours hold them; the others are fitted again.
 
@@ -39,28 +40,32 @@ def with_narrow_faces(
     ----------
     refit : the surface of every region of new labels.
     """
+    graph = evidence.graph
+    known: dict[int, RegionFit] = {}
+
+    def settle(new: Labels, found: Mapping[int, RegionFit]) -> None:
+        nonlocal label, fits
+        label = tidy(new, quads, options.min_patches)
+        known.update(found)
+        fits = _held(refit(label), known, label, new, evidence)
+
+    new, rounds = with_rounds(label, fits, evidence, options)
+    if rounds:
+        settle(closed_rings(new, rounds, graph, options), rounds)
     new, rings = with_rings(label, fits, evidence, options)
     if rings:
         new = expand_regions(new, {**fits, **rings}, evidence, options)
-        new = closed_rings(new, rings, evidence.graph, options)
-        label = tidy(new, quads, options.min_patches)
-        fits = _held(refit(label), rings, label, new, evidence)
+        settle(closed_rings(new, rings, graph, options), rings)
     new, grooves = with_grooves(label, fits, evidence, quads, options)
     if grooves:
-        label = tidy(new, quads, options.min_patches)
-        rings = {**rings, **grooves}
-        fits = _held(refit(label), rings, label, new, evidence)
+        settle(new, grooves)
     new, walls = with_step_walls(label, fits, evidence, options)
     if walls:
-        label = tidy(new, quads, options.min_patches)
-        rings = {**rings, **walls}
-        fits = _held(refit(label), rings, label, new, evidence)
-    new, grown = with_wedges(label, fits, evidence.graph, quads, options)
+        settle(new, walls)
+    new, grown = with_wedges(label, fits, graph, quads, options)
     if grown:
-        label = tidy(new, quads, options.min_patches)
         # Where a wall is lower than a patch, the points of its patches are not its own.
-        rings = {**rings, **{name: fits[name] for name in grown}}
-        fits = _held(refit(label), rings, label, new, evidence)
+        settle(new, {name: fits[name] for name in grown})
     return label, dict(fits)
 
 

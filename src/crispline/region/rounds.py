@@ -1,0 +1,176 @@
+"""Narrow rounds along the edges of larger faces.
+
+A fillet two or three patches wide hardly tells its own axis: seeds find a piece of it here and
+there, and the two faces close over the rest. But a ball that rolls along two known surfaces
+has one unknown, its radius, which all points along the edge hold together: those that lie off
+both faces must lie on the round.
+"""
+
+from __future__ import annotations
+
+from collections import ChainMap
+
+import numpy as np
+
+from crispline.fit.swept import Circle, fit_line
+from crispline.options import RegionOptions
+from crispline.region.claim import Claim
+from crispline.region.evidence import Evidence
+from crispline.region.fitting import held_fit
+from crispline.region.patches import Labels
+from crispline.region.regionfit import RegionFit
+from crispline.region.stretch import AROUND, Fits, Mask, Stretch, misfit, stretches
+from crispline.surface import Surface
+from crispline.surface.base import Array
+
+_MIN_WIDTH = 1.2  # of a round that patches can follow, spacings
+_OFF = 3.0  # sigmas; points farther from both faces than this are lost
+_EXPLAINED = 0.6  # share of the misfit of the lost points that a round must explain
+_ALONE = 1.0  # times the cost of a face that a round without crumbs must gain ...
+_TOGETHER = 0.5  # ... or with crumbs, each a face gained, or where rounds of other edges end
+_SHARED = 0.5  # share of the points of a crumb that gives way that must be on the round
+_LOOSE = 1.0  # cost of a patch on a crumb for its surface, which fits whatever is there
+_PASSES = 2
+_N_RADII = 48
+_REFINEMENTS = 2
+_BIAS = 0.25  # of a radius, by which the nearer of two surfaces misleads
+_NEWTON_STEPS = 4
+
+
+def with_rounds(
+    label: Labels, fits: Fits, evidence: Evidence, options: RegionOptions
+) -> tuple[Labels, dict[int, RegionFit]]:
+    """Labels with the rounds that the points along borders ask for, and their surfaces.
+
+    Rounds between planes are cylinders, rounds between faces about one axis are tori. Crumbs
+    that stand between the two faces give way if the round explains the points no worse, a face
+    less counted.
+
+    Parameters
+    ----------
+    label, fits : regions and surface of each.
+    """
+    label = label.copy()
+    rounds: dict[int, RegionFit] = {}
+    known = ChainMap(rounds, dict(fits))
+    for _ in range(_PASSES):  # what crumbs at a corner hold is known when both rounds are
+        for edge in stretches(label, known, rounds, evidence, options):
+            found = _rolled(edge, label, known, options)
+            if found is not None:
+                edge, surface = found
+                name = int(label.max()) + 1
+                rounds[name] = held_fit(surface, np.flatnonzero(edge.field), evidence)
+                names = (*edge.faces, *edge.rounds, *edge.crumbs, name)
+                _assign(label, edge.field, names, edge.crumbs, known, evidence, options)
+    present = np.unique(label)
+    return label, {
+        name: held_fit(fit.surface, np.flatnonzero(label == name), evidence)
+        for name, fit in rounds.items()
+        if name in present
+    }
+
+
+def _assign(
+    label: Labels,
+    field: Mask,
+    names: tuple[int, ...],
+    crumbs: tuple[int, ...],
+    fits: Fits,
+    evidence: Evidence,
+    options: RegionOptions,
+) -> None:
+    """Give patches to the surfaces that neighbours together find cheapest."""
+    members = np.flatnonzero(field)
+    beside = evidence.graph.adjacency[members][:, members]
+    costs = np.stack(
+        [Claim(fits[name], evidence, options).patch_costs(field)[members] for name in names],
+        axis=1,
+    )
+    costs[:, [name in crumbs for name in names]] += _LOOSE
+    costs = (costs + beside @ costs) / (1.0 + np.asarray(beside.sum(axis=1))[:, None])
+    label[members] = np.array(names)[np.argmin(costs, axis=1)]
+
+
+def _rolled(
+    edge: Stretch, label: Labels, fits: Fits, options: RegionOptions
+) -> tuple[Stretch, Surface] | None:
+    """The edge without the crumbs that stay, and the round of least misfit.
+
+    None if the points do not ask for one, or rather for a chamfer.
+    """
+    angle = float(np.arccos(edge.cosine))
+    radii = np.geomspace(_MIN_WIDTH / angle, AROUND / np.tan(0.5 * angle), _N_RADII)
+    if radii[0] >= radii[-1]:
+        return None
+    while True:
+        radius, side = _best_ball(edge, radii)
+        rounded = edge.misfit_with_round(radius, side)
+        is_on = rounded < 0.5 * _OFF**2
+        gain, stays = 0.0, []
+        for crumb in edge.crumbs:
+            own = edge.owner == crumb
+            on = own & is_on
+            distance = fits[crumb].surface.signed_distance(edge.points[on])
+            rise = float((rounded[on] - misfit(distance, edge.noise[on])).sum())
+            gain += options.face_cost - rise
+            if rise > options.face_cost or np.count_nonzero(on) < _SHARED * np.count_nonzero(own):
+                stays.append(crumb)
+        if not stays:
+            break
+        edge = edge.without(stays, label)
+    if not 1.01 * radii[0] < radius < 0.99 * radii[-1]:
+        return None
+    in_crumb = np.isin(edge.owner, edge.crumbs)
+    alone = edge.known - edge.misfit_with_round(radius, side, only=True)
+    gain += float(alone[~in_crumb].sum())
+    least = (_TOGETHER if edge.crumbs or edge.rounds else _ALONE) * options.face_cost
+    # What a crumb holds beyond the round is for others to explain.
+    lost = (is_on | ~in_crumb) & (edge.known > 0.5 * _OFF**2)
+    explained = float((edge.known - rounded)[lost].sum())
+    if gain < least or explained < _EXPLAINED * edge.known[lost].sum():
+        return None
+    if _misfit_of_chamfer(edge, edge.points[lost]) < rounded.sum():
+        return None
+    surface = _surface(edge, [fits[face] for face in edge.faces], radius, side)
+    return None if surface is None else (edge, surface)
+
+
+def _misfit_of_chamfer(edge: Stretch, lost: Array) -> float:
+    """What is left if a line across the edge, in place of a ball, explains the lost points."""
+    line = fit_line(edge.sweep.flattened(lost), float(np.median(edge.noise)))
+    chamfer = None if line is None else edge.sweep.surface(line)
+    if chamfer is None:
+        return np.inf
+    cut = misfit(chamfer.signed_distance(edge.points), edge.noise)
+    return float(np.minimum(cut, edge.known).sum())
+
+
+def _best_ball(edge: Stretch, radii: Array) -> tuple[float, float]:
+    """Radius and side, outside positive, of the ball that leaves the least misfit."""
+    best, radius, side = np.inf, 0.0, 0.0
+    for trial_side in (-1.0, 1.0):
+        around = radii
+        for _ in range(_REFINEMENTS):
+            costs = [edge.misfit_with_round(r, trial_side).sum() for r in around]
+            k = int(np.argmin(costs))
+            if costs[k] < best:
+                best, radius, side = float(costs[k]), float(around[k]), trial_side
+            around = np.linspace(around[max(k - 1, 0)], around[min(k + 1, len(around) - 1)], 16)
+    # To the nearer of two surfaces, noise looks smaller where they part slowly.
+    around = radius * np.linspace(1.0 - _BIAS, 1.0 + _BIAS, _N_RADII)
+    costs = [edge.misfit_with_round(r, side, only=True).sum() for r in around]
+    return float(around[int(np.argmin(costs))]), side
+
+
+def _surface(edge: Stretch, faces: list[RegionFit], radius: float, side: float) -> Surface | None:
+    """What the ball of a radius sweeps: its centre is as far from both faces."""
+    centre = edge.points[np.argmin(np.abs(edge.heights).sum(axis=0))]
+    for _ in range(_NEWTON_STEPS):
+        feet = [face.surface.project(centre[None]) for face in faces]
+        rows = np.stack(
+            [normal[0] * f.orientation for (_, normal), f in zip(feet, faces, strict=True)]
+        )
+        height = np.einsum("ij,ij->i", rows, centre - np.stack([foot[0] for foot, _ in feet]))
+        centre = centre + np.linalg.lstsq(rows, side * radius - height, rcond=None)[0]
+    place = edge.sweep.flattened(centre[None])[0]
+    return edge.sweep.surface(Circle(place, radius))

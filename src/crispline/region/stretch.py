@@ -1,0 +1,210 @@
+"""Stretches of border between two larger faces that meet at an angle.
+
+Both faces are swept along the border, straight or about an axis, so what is across it is a
+problem in the plane; crumbs of a narrow face may stand between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crispline.fit.swept import Revolution, Sweep, Translation
+from crispline.net.graph import components
+from crispline.options import RegionOptions
+from crispline.region.claim import MISFIT_CAP
+from crispline.region.evidence import Evidence
+from crispline.region.patches import Labels
+from crispline.region.regionfit import RegionFit
+from crispline.surface import Cone, Cylinder, Plane, Surface
+from crispline.surface.base import Array
+
+Mask = NDArray[np.bool_]
+Fits = Mapping[int, RegionFit]
+
+AROUND = 4
+"""Rings of patches about the border that belong to a stretch."""
+
+_BESIDE = 0.5  # share of a crumb's border that is with the two faces
+_MIN_ANGLE, _MAX_ANGLE = np.radians(25.0), np.radians(155.0)  # between the faces' normals
+_MAX_TILT = np.radians(3.0)  # of surfaces that count as being about one axis ...
+_MAX_OFFSET = 0.5  # ... within so much, spacings
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Two faces that meet at an angle, and the raw points along a stretch of their border.
+
+    Attributes
+    ----------
+    faces, crumbs, rounds : labels of the two, of what small regions stand between them, and of
+        the rounds of other edges that end here.
+    field : patches among which the round is, shape ``(m,)``.
+    sweep : along which both faces are swept.
+    cosine : of the angle between the outward normals.
+    points, noise, owner : of the points, and their regions, shape ``(n, 3)``, ``(n,)``, ``(n,)``.
+    heights : above either face, outside positive, shape ``(2, n)``.
+    known : misfit of the points with the faces and rounds, shape ``(n,)``.
+    """
+
+    faces: tuple[int, int]
+    crumbs: tuple[int, ...]
+    rounds: tuple[int, ...]
+    field: Mask
+    sweep: Sweep
+    cosine: float
+    points: Array
+    noise: Array
+    owner: Labels
+    heights: Array
+    known: Array
+
+    def without(self, crumbs: list[int], label: Labels) -> Stretch:
+        """The same without some crumbs and the points on them."""
+        kept = ~np.isin(self.owner, crumbs)
+        return replace(
+            self,
+            crumbs=tuple(crumb for crumb in self.crumbs if crumb not in crumbs),
+            field=self.field & ~np.isin(label, crumbs),
+            points=self.points[kept],
+            noise=self.noise[kept],
+            owner=self.owner[kept],
+            heights=self.heights[:, kept],
+            known=self.known[kept],
+        )
+
+    def misfit_with_round(self, radius: float, side: float, *, only: bool = False) -> Array:
+        """The misfit of the points with a ball that touches both faces, or with what is known.
+
+        The ball is inside (``side`` -1) or outside. Between the lines where it touches the
+        faces it is the ball ``only``, or else what is nearer.
+
+        Heights above two faces are affine coordinates across their edge. Beyond the
+        lines where the ball touches, the faces themselves go on.
+        """
+        first, second = self.heights - side * radius
+        sine2 = 1.0 - self.cosine**2
+        squared = (first**2 + second**2 - 2.0 * self.cosine * first * second) / sine2
+        along = -side * np.stack([first - self.cosine * second, second - self.cosine * first])
+        on_arc = along.min(axis=0) > 0.0
+        distance = np.sqrt(np.maximum(squared, 0.0)) - radius
+        of_ball = misfit(distance, self.noise)
+        least = of_ball if only else np.minimum(of_ball, self.known)
+        return np.where(on_arc, least, self.known)
+
+
+def stretches(
+    label: Labels, fits: Fits, rounds: Fits, evidence: Evidence, options: RegionOptions
+) -> Iterator[Stretch]:
+    """Every stretch of border of two larger faces that meet at an angle."""
+    graph = evidence.graph
+    before, ends = label.copy(), np.sort(label[graph.pairs], axis=1)
+    borders, lengths = np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0, return_counts=True)
+    size = np.bincount(before)
+    is_crumb = size <= options.max_pruned_patches
+    is_crumb &= ~np.isin(np.arange(len(size)), list(rounds))
+    between: dict[tuple[int, int], list[int]] = {
+        (a, b): []
+        for (a, b), n in zip(borders.tolist(), lengths.tolist(), strict=True)
+        if n >= options.step_sides
+    }
+    for region in np.unique(before)[is_crumb[np.unique(before)]].tolist():
+        own = (borders == region).any(axis=1)
+        beside, sides = borders[own].sum(axis=1) - region, lengths[own]
+        for i, j in combinations(range(len(beside)), 2):
+            if sides[i] + sides[j] > _BESIDE * sides.sum() and min(sides[i], sides[j]) > 1:
+                pair = sorted((int(beside[i]), int(beside[j])))
+                between.setdefault((pair[0], pair[1]), []).append(region)
+    for (a, b), crumbs in sorted(between.items()):
+        if min(size[a], size[b]) < options.crumb_patches or {a, b} & set(rounds):
+            continue
+        sweep = _sweep(fits[a], fits[b])
+        if sweep is None:
+            continue
+        along = np.isin(before, crumbs)
+        along[graph.pairs[(ends == (a, b)).all(axis=1)].ravel()] = True
+        piece = components(graph.adjacency, graph.rings(along, 1))
+        for part in np.unique(piece[along]).tolist():
+            own = along & (piece == part)
+            near = graph.rings(own, AROUND)
+            here = np.unique(label[near])
+            field = near & np.isin(label, (a, b)) | np.isin(label, np.intersect1d(here, crumbs))
+            kept = tuple(np.intersect1d(here, crumbs).tolist())
+            ending = tuple(np.intersect1d(here, list(rounds)).tolist())
+            stretch = _stretch((a, b), kept, ending, field, sweep, label, fits, evidence, options)
+            if stretch is not None:
+                yield stretch
+
+
+def _sweep(first: RegionFit, second: RegionFit) -> Sweep | None:
+    """The motion that both surfaces are swept by; None if there is none."""
+    if not (first.is_accepted and second.is_accepted):
+        return None
+    for one, other in ((first.surface, second.surface), (second.surface, first.surface)):
+        if isinstance(one, Plane) and isinstance(other, Plane):
+            across = np.cross(one.normal, other.normal)
+            length = float(np.linalg.norm(across))
+            return Translation(across / length) if length > np.sin(_MIN_ANGLE) else None
+        axis = _axis(one)
+        if axis is not None and _is_about(other, axis):
+            return axis
+    return None
+
+
+def _axis(surface: Surface) -> Revolution | None:
+    match surface:
+        case Cylinder():
+            return Revolution(surface.origin, surface.axis)
+        case Cone():
+            return Revolution(surface.apex, surface.axis)
+    return None
+
+
+def _is_about(surface: Surface, axis: Revolution) -> bool:
+    """Whether a plane lies across an axis, or a cylinder or cone is about it."""
+    if isinstance(surface, Plane):
+        return bool(abs(surface.normal @ axis.axis) > np.cos(_MAX_TILT))
+    own = _axis(surface)
+    if own is None or abs(own.axis @ axis.axis) < np.cos(_MAX_TILT):
+        return False
+    return bool(np.linalg.norm(np.cross(own.origin - axis.origin, axis.axis)) < _MAX_OFFSET)
+
+
+def _stretch(
+    faces: tuple[int, int],
+    crumbs: tuple[int, ...],
+    rounds: tuple[int, ...],
+    field: Mask,
+    sweep: Sweep,
+    label: Labels,
+    fits: Fits,
+    evidence: Evidence,
+    options: RegionOptions,
+) -> Stretch | None:
+    """The points along a stretch; None if the faces hardly meet at an angle there."""
+    rows = np.flatnonzero(field[evidence.patch])
+    if len(rows) == 0:
+        return None
+    points = evidence.points[rows]
+    sides = [fits[face] for face in faces]
+    normals = [side.surface.project(points)[1] * side.orientation for side in sides]
+    cosine = float(np.median(np.einsum("ij,ij->i", *normals)))
+    if not np.cos(_MAX_ANGLE) < cosine < np.cos(_MIN_ANGLE):
+        return None
+    heights = np.stack([s.surface.signed_distance(points) * s.orientation for s in sides])
+    noise = np.maximum(evidence.noise[rows], options.swallowed_floor)
+    owner = label[evidence.patch[rows]]
+    distance = np.stack([*heights, *(fits[r].surface.signed_distance(points) for r in rounds)])
+    known = misfit(np.abs(distance).min(axis=0), noise)
+    return Stretch(
+        faces, crumbs, rounds, field, sweep, cosine, points, noise, owner, heights, known
+    )
+
+
+def misfit(distance: Array, noise: Array) -> Array:
+    """Squared residuals over 2 sigma^2, capped."""
+    return np.asarray(np.minimum(0.5 * np.square(distance / noise), MISFIT_CAP))
