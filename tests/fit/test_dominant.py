@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from crispline.fit.choose import choose_surface
-from crispline.fit.dominant import dominant_plane, dominates
+from crispline.fit.choose import choose_surface, refit
+from crispline.fit.dominant import dominant_plane, dominates, plane_of_most
 from crispline.options import FitOptions
+from crispline.surface import Cylinder
 
 SIGMA = 0.3
 
@@ -72,3 +73,44 @@ def test_too_few_points_or_points_on_a_line_have_none():
     assert dominant_plane(points, normals, clearance, SIGMA) is None
     line = np.column_stack([np.arange(40.0), np.zeros(40), np.zeros(40)])
     assert dominant_plane(line, np.tile([0.0, 0, 1], (40, 1)), np.ones(40), SIGMA) is None
+
+
+def running_on(seed, share, radius=10.0, n=400, sigma=0.1):
+    """A strip 5 wide and 60 long, flat but for a ``share`` at its end that bends down."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(0.0, 60.0, n), rng.uniform(-2.5, 2.5, n)
+    angle = np.maximum(x - 60.0 * (1.0 - share), 0.0) / radius
+    across = np.sin(np.pi / 4) * y  # a chamfer, which bends as a cone does
+    bend = radius + across
+    normals = np.column_stack([np.sin(angle), 0.0 * x, np.ones(n)])
+    normals[:, 2] = np.cos(angle)
+    flat = np.minimum(x, 60.0 * (1.0 - share))
+    places = np.column_stack([flat + bend * np.sin(angle), y, bend * (np.cos(angle) - 1.0)])
+    return places + sigma * rng.normal(size=(n, 1)) * normals, normals
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_plane_that_runs_on_into_a_round_is_a_plane(seed):
+    points, normals = running_on(seed, 0.08)
+    fit = choose_surface(points, normals, 0.1, FitOptions())
+    assert fit.surface.kind == "plane"
+    assert fit.is_accepted
+    assert np.degrees(np.arccos(fit.surface.normal[2])) < 1.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_shallow_face_is_curved_all_over(seed):
+    rng = np.random.default_rng(seed)
+    angle = rng.uniform(-10.0, 10.0, 400) / 60.0  # 0.8 high, 8 sigmas
+    normals = np.column_stack([np.sin(angle), 0.0 * angle, np.cos(angle)])
+    points = (60.0 + 0.1 * rng.normal(size=(400, 1))) * normals
+    points[:, 1] = rng.uniform(-10.0, 10.0, 400)
+    curved = Cylinder(np.zeros(3), np.array([0.0, 1.0, 0.0]), 60.0)
+    assert plane_of_most(points, normals, curved, 0.1) is None
+    assert choose_surface(points, normals, 0.1, FitOptions()).surface.kind == "cylinder"
+
+
+def test_a_cylinder_that_has_become_flat_is_chosen_anew():
+    points, normals = running_on(0, 0.0)
+    wide = Cylinder(np.array([30.0, 0.0, -3000.0]), np.array([1.0, 0.0, 0.0]), 3000.0)
+    assert refit(wide, points, normals, 0.1, FitOptions()) is None

@@ -11,7 +11,7 @@ import numpy as np
 from crispline.fit.bspline import fit_bspline_surface
 from crispline.fit.cone import fit_cone
 from crispline.fit.cylinder import fit_cylinder
-from crispline.fit.dominant import dominant_plane
+from crispline.fit.dominant import dominant_plane, plane_of_most
 from crispline.fit.extrusion import fit_extrusion
 from crispline.fit.plane import fit_plane
 from crispline.fit.residual import faces_alike, judge, residual_limit, rms, rms_limit
@@ -151,6 +151,8 @@ def choose_surface(
         if fit.is_accepted:
             if not is_pure_noise(fit.rms, fit.n_points, sigma) and (main := under()) is not None:
                 return main
+            if (level := plane_of_most(points, normals, surface, sigma)) is not None:
+                return replace(tested(level, points, sigma, options, normals), is_accepted=True)
             is_needed = flat is None or not flat.is_accepted or _is_worth(fit, flat, sigma)
             return fit if is_needed or flat is None else flat
         rejected.append(fit)
@@ -197,17 +199,28 @@ def refit(
     fit = tested(surface, points[kept], sigma, options, normals[kept])
     if not fit.is_accepted:
         return None
+    # A plane that passes with more than noise left may be a gentle curve, and a curve of which
+    # a border took a part, or that strips of a neighbour bent, may be a plane: weigh them again.
     if known.kind == "plane":
-        # One that passes with more than noise left may be a gentle curve: weigh it again.
-        return fit if is_pure_noise(fit.rms, fit.n_points, sigma) else None
-    if len(kept) >= MIN_FREE_FORM_POINTS and _hardly_turns(surface, points[kept]):
-        # Strips of a neighbour may have bent it until the border moved.
-        plane = fit_plane(points[kept], normals[kept], sigma)
-        if plane is not None:
-            flat = tested(plane, points[kept], sigma, options, normals[kept])
-            if flat.is_accepted and is_pure_noise(flat.rms, flat.n_points, sigma):
-                return None
-    return fit
+        is_doubtful = not is_pure_noise(fit.rms, fit.n_points, sigma)
+    elif plane_of_most(points[kept], normals[kept], surface, sigma) is not None:
+        is_doubtful = True
+    else:
+        is_doubtful = _is_flat(surface, points[kept], normals[kept], sigma, options)
+    return None if is_doubtful else fit
+
+
+def _is_flat(
+    surface: Surface, points: Array, normals: Array, sigma: float, options: FitOptions
+) -> bool:
+    """Whether a surface hardly turns over its points and a plane leaves but noise of them."""
+    if len(points) < MIN_FREE_FORM_POINTS or not _hardly_turns(surface, points):
+        return False
+    plane = fit_plane(points, normals, sigma)
+    if plane is None:
+        return False
+    flat = tested(plane, points, sigma, options, normals)
+    return flat.is_accepted and is_pure_noise(flat.rms, flat.n_points, sigma)
 
 
 def _hardly_turns(surface: Surface, points: Array) -> bool:

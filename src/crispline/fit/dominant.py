@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from crispline.fit.plane import fit_plane
 from crispline.fit.residual import faces_alike
-from crispline.surface import Plane
+from crispline.surface import Plane, Surface
 from crispline.surface.base import Array
 
 MIN_SHARE = 0.75
@@ -25,6 +25,7 @@ _CUT = 2.5
 _SPREAD = 0.955  # standard deviation of a unit normal distribution cut off there
 _EXCESS = 1.15
 _MIN_LEAN = np.radians(20.0)
+_MIN_TO_TELL = 150  # points; on fewer a plane and a gentle curve are hardly told apart
 
 
 def dominant_plane(points: Array, normals: Array, clearance: Array, sigma: float) -> Plane | None:
@@ -76,6 +77,37 @@ def dominates(plane: Plane, points: Array, normals: Array, clearance: Array, sig
     is_outside = np.median(clearance[~kept]) < np.median(clearance[kept])
     cosines = np.abs(normals[~kept] @ plane.normal)
     return bool(is_outside and np.median(cosines) < np.cos(_MIN_LEAN))
+
+
+def plane_of_most(points: Array, normals: Array, curved: Surface, sigma: float) -> Plane | None:
+    """The plane that explains most of a region as well as a curved surface explains all of it.
+
+    Where a plane runs on into a round, a wide cone or cylinder explains the plane and the first
+    of the round. But on what lies on the plane it gains nothing, as it does all over a face
+    that is truly curved.
+
+    Parameters
+    ----------
+    points, normals : shape ``(n, 3)``, spacings; normals outward.
+    curved : that explains the points.
+    sigma : noise along the normal, spacings.
+    """
+    if len(points) < _MIN_TO_TELL:
+        return None
+    kept = np.ones(len(points), dtype=bool)
+    plane: Plane | None = None
+    for _ in range(_ITERATIONS):
+        plane = fit_plane(points[kept], normals[kept], sigma)
+        if plane is None:
+            return None
+        kept = _lies_on(plane, points, sigma)
+        if kept.mean() < MIN_SHARE:
+            return None
+    if plane is None or not faces_alike(normals, plane.normal[None]):
+        return None
+    misfits = [np.square(s.signed_distance(points[kept]) / sigma).sum() for s in (plane, curved)]
+    spared = curved.n_parameters - plane.n_parameters
+    return plane if misfits[0] - misfits[1] < 2.0 * spared * np.log(len(points)) else None
 
 
 def _lies_on(plane: Plane, points: Array, sigma: float) -> NDArray[np.bool_]:

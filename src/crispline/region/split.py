@@ -15,11 +15,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, dijkstra
 
 from crispline.fit.choose import PRIMITIVE_FITS, choose_surface
+from crispline.fit.dominant import plane_of_most
+from crispline.fit.residual import rms_limit
 from crispline.fit.robust import thinned
 from crispline.net.graph import components
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.basins import grow_into_gaps
-from crispline.region.grow import N_FIT, Ground
+from crispline.region.grow import N_FIT, Ground, Growth
 from crispline.region.patches import Labels, PatchGraph
 from crispline.surface.base import Array
 
@@ -134,7 +136,8 @@ def _is_one_primitive(
     fit = choose_surface(
         graph.points[sample], graph.normals[sample], sigma, options, tuple(PRIMITIVE_FITS)
     )
-    return fit.is_accepted
+    # A plane that most of it lies on leaves the rest to be found.
+    return fit.is_accepted and fit.rms < rms_limit(sigma, options)
 
 
 def _grown_primitives(
@@ -172,7 +175,9 @@ def _grown_primitives(
         if len(start) >= options.min_patches:
             for kind in _GROWN_KINDS:
                 found = ground.grown(PRIMITIVE_FITS[kind], start)
-                if found is not None and found.worth > _CLEARLY_MORE * most:
+                if found is None or found.worth <= _CLEARLY_MORE * most:
+                    continue
+                if kind == "plane" or not _is_plane_at_heart(found, ground):
                     best, most = found.patches, found.worth
                     is_bent = kind != "plane"
         if best is not None and is_bent:
@@ -188,6 +193,11 @@ def _grown_primitives(
         parts.append(best)
         ground = ground.without(best)
     return [members[part] for part in parts]
+
+
+def _is_plane_at_heart(grown: Growth, ground: Ground) -> bool:
+    points, normals = ground.points[grown.patches], ground.normals[grown.patches]
+    return plane_of_most(points, normals, grown.surface, ground.sigma) is not None
 
 
 def _clearest(ground: Ground, may_seed: NDArray[np.bool_]) -> int | None:
