@@ -26,6 +26,7 @@ from crispline.region.prune import prune_regions
 from crispline.region.regionfit import RegionFit
 from crispline.region.resolve import resolved
 from crispline.region.split import split_into_surfaces
+from crispline.region.strips import joined_strips
 from crispline.region.swallowed import release_swallowed
 from crispline.surface.base import Array
 
@@ -144,6 +145,11 @@ def segment(
         if not np.array_equal(whole, label):
             fits = refitted(tidy(whole, quads, options.min_patches))
         label, fits = with_narrow_faces(label, fits, refitted, evidence, quads, options)
+        whole = joined_strips(label, fits, evidence, options, fit_options)
+        if not np.array_equal(whole, label):
+            parted, held = label, fits
+            fits = refitted(tidy(whole, quads, options.min_patches))
+            fits |= {r: fit for r, fit in held.items() if _is_same(r, parted, label)}
         label, fits = with_ends(label, fits, net_vertices, quads, evidence, options)
     names = np.unique(label)
     return Segmentation(
@@ -157,6 +163,10 @@ def explained_share(label: Labels, fits: Mapping[int, RegionFit]) -> float:
     """Share of the patches whose region's points lie on its surface but for the noise."""
     accepted = [region for region, fit in fits.items() if fit.is_accepted]
     return float(np.isin(label, accepted).mean())
+
+
+def _is_same(region: int, first: Labels, second: Labels) -> bool:
+    return np.array_equal(first == region, second == region)
 
 
 def _is_spoilt(fit: RegionFit, before: RegionFit | None) -> bool:
