@@ -122,6 +122,40 @@ def two_bodies() -> Any:
     return both
 
 
+def slotted_plate() -> Any:
+    """A rounded plate (100 x 60 x 14) with two slots, four counterbores and a rim rounded by 2."""
+    plate = fillet(box((100, 60, 14)), 10.0, lambda m: bool(0.1 < m[2] < 13.9))
+    bores = [_obround(18.0), _obround(42.0)]
+    for x in (11.0, 89.0):
+        for y in (11.0, 49.0):
+            bores += [cylinder(3.5, 30, (x, y, -5)), cylinder(6.5, 30, (x, y, 8))]
+    return fillet(cut(plate, *bores), 2.0, lambda m: bool(m[2] > 13.99 and _is_outer(m)))
+
+
+def housing() -> Any:
+    """An open housing (90 x 60 x 35, walls of 4) with blind screw bosses, a rib and two windows."""
+    shell = fillet(box((90, 60, 35)), 10.0, lambda m: bool(0.1 < m[2] < 34.9))
+    inside = fillet(box((82, 52, 40), (4, 4, 4)), 6.0, lambda m: bool(4.1 < m[2] < 43.9))
+    shell = cut(shell, inside)
+    for x in (13.0, 77.0):
+        for y in (13.0, 47.0):
+            boss = fuse(shell, cylinder(6, 26, (x, y, 3)))
+            shell = cut(boss, cylinder(3, 20, (x, y, 14)))
+    shell = fuse(shell, box((4, 52, 18), (43, 4, 3)))
+    return cut(shell, box((24, 10, 12), (33, -3, 15)), cylinder(8, 10, (-3, 30, 20), X))
+
+
+def _obround(y: float) -> Any:
+    """What cuts a slot with round ends, 50 x 10."""
+    ends = [cylinder(5, 30, (x, y, -5)) for x in (30.0, 70.0)]
+    return fuse(box((40, 10, 30), (30, y - 5, -5)), *ends)
+
+
+def _is_outer(middle: Any) -> bool:
+    """Whether the middle of an edge is on the rim of the slotted plate."""
+    return bool(min(middle[0], 100 - middle[0], middle[1], 60 - middle[1]) < 3.0)
+
+
 def _rectangle(width: float, length: float, z: float) -> Any:
     x, y = width / 2, length / 2
     return polygon([(-x, -y, z), (x, -y, z), (x, y, z), (-x, y, z)])

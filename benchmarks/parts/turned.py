@@ -71,6 +71,16 @@ def stepped_shaft() -> Any:
     return cut(shaft, box((22, 8, 10), (70, -4, 9)))
 
 
+def keyed_shaft() -> Any:
+    """Two diameters with a rounded shoulder, a keyway with round ends, a groove, and a centre."""
+    shaft = fuse(cylinder(14, 50, axis=X), cylinder(20, 40, (50, 0, 0), X))
+    shaft = fillet(shaft, 3.0, lambda m: bool(abs(m[0] - 50) < 0.1 and np.hypot(*m[1:]) < 15))
+    shaft = chamfer(shaft, 2.0, lambda m: bool(m[0] < 0.1 or m[0] > 89.9))
+    ends = [cylinder(4, 10, (x, 0, 8)) for x in (12, 32)]
+    groove = cut(cylinder(25, 3, (42, 0, 0), X), cylinder(11.5, 3, (42, 0, 0), X))
+    return cut(shaft, fuse(box((20, 8, 10), (12, -4, 8)), *ends), groove, cone(5, 0, 5, axis=X))
+
+
 def spline_vase() -> Any:
     """A turned body with a spline profile between flat ends."""
     z = np.linspace(0.0, 70.0, 8)
