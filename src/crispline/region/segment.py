@@ -13,20 +13,17 @@ from crispline.options import FitOptions, RegionOptions
 from crispline.region.basins import basins, consecutive
 from crispline.region.cleanup import tidy
 from crispline.region.complete import completed
-from crispline.region.ends import with_ends
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.extrude import with_extrusions
 from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
-from crispline.region.narrow import with_narrow_faces
-from crispline.region.necks import with_necks
+from crispline.region.narrow.restore import restored
 from crispline.region.patches import Labels
 from crispline.region.prune import prune_regions
 from crispline.region.regionfit import RegionFit
 from crispline.region.resolve import resolved
 from crispline.region.split import split_into_surfaces
-from crispline.region.strips import joined_strips
 from crispline.region.swallowed import release_swallowed
 from crispline.surface.base import Array
 
@@ -141,16 +138,9 @@ def segment(
             known = {region: (fit, 0) for region, fit in {**fits, **swept}.items()}
             one = expand_regions(one, {**fits, **swept}, evidence, options)
             fits = refitted(tidy(one, quads, options.min_patches))
-        whole = with_necks(label, fits, evidence, options)
-        if not np.array_equal(whole, label):
-            fits = refitted(tidy(whole, quads, options.min_patches))
-        label, fits = with_narrow_faces(label, fits, refitted, evidence, quads, options)
-        whole = joined_strips(label, fits, evidence, options, fit_options)
-        if not np.array_equal(whole, label):
-            parted, held = label, fits
-            fits = refitted(tidy(whole, quads, options.min_patches))
-            fits |= {r: fit for r, fit in held.items() if _is_same(r, parted, label)}
-        label, fits = with_ends(label, fits, net_vertices, quads, evidence, options)
+        label, fits = restored(
+            label, fits, refitted, net_vertices, quads, evidence, options, fit_options
+        )
     names = np.unique(label)
     return Segmentation(
         consecutive(label),
@@ -163,10 +153,6 @@ def explained_share(label: Labels, fits: Mapping[int, RegionFit]) -> float:
     """Share of the patches whose region's points lie on its surface but for the noise."""
     accepted = [region for region, fit in fits.items() if fit.is_accepted]
     return float(np.isin(label, accepted).mean())
-
-
-def _is_same(region: int, first: Labels, second: Labels) -> bool:
-    return np.array_equal(first == region, second == region)
 
 
 def _is_spoilt(fit: RegionFit, before: RegionFit | None) -> bool:

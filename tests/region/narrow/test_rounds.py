@@ -5,7 +5,7 @@ import pytest
 from turned import turned
 
 from crispline.options import RegionOptions
-from crispline.region.rounds import with_rounds
+from crispline.region.narrow.rounds import with_rounds
 from crispline.surface import Cylinder, Plane, Sphere, Torus
 
 TOP, SIDE, CRUMB = 0, 1, 2

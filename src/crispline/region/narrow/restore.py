@@ -1,4 +1,4 @@
-"""Narrow faces that the faces beside them tell of."""
+"""What noise and the width of a patch have cut or hidden, put back one kind after the other."""
 
 from __future__ import annotations
 
@@ -8,37 +8,46 @@ import numpy as np
 
 from crispline.net.graph import components
 from crispline.net.halfedge import HalfEdges
-from crispline.options import RegionOptions
+from crispline.options import FitOptions, RegionOptions
 from crispline.region.cleanup import tidy
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.fitting import held_fit
-from crispline.region.groove import with_grooves
+from crispline.region.narrow.ends import with_ends
+from crispline.region.narrow.groove import with_grooves
+from crispline.region.narrow.necks import with_necks
+from crispline.region.narrow.ring import with_rings
+from crispline.region.narrow.rounds import with_rounds
+from crispline.region.narrow.step import with_step_walls
+from crispline.region.narrow.strips import joined_strips
+from crispline.region.narrow.wedge import with_wedges
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.region.ring import with_rings
-from crispline.region.rounds import with_rounds
-from crispline.region.step import with_step_walls
-from crispline.region.wedge import with_wedges
+from crispline.surface.base import Array
 
 Refit = Callable[[Labels], Mapping[int, RegionFit]]
 
 
-def with_narrow_faces(
+def restored(
     label: Labels,
     fits: Mapping[int, RegionFit],
     refit: Refit,
-    evidence: Evidence,
+    net_vertices: Array,
     quads: HalfEdges,
+    evidence: Evidence,
     options: RegionOptions,
+    fit_options: FitOptions,
 ) -> tuple[Labels, dict[int, RegionFit]]:
-    """Labels and fits with rounds, with rings and grooves about known axes, and with low walls.
+    """Labels and fits with the narrow faces, and with faces whole that a narrow place has parted.
 
-    Their surfaces stay as the neighbours hold them; the others are fitted again.
+    Narrow faces keep the surfaces to which their neighbours hold them; the others are fitted
+    again.
 
     Parameters
     ----------
+    label, fits : regions and the surface of each.
     refit : the surface of every region of new labels.
+    net_vertices, quads : the net that the patches belong to.
     """
     graph = evidence.graph
     known: dict[int, RegionFit] = {}
@@ -49,6 +58,9 @@ def with_narrow_faces(
         known.update(found)
         fits = _held(refit(label), known, label, new, evidence)
 
+    whole = with_necks(label, fits, evidence, options)
+    if not np.array_equal(whole, label):
+        settle(whole, {})
     new, rounds = with_rounds(label, fits, evidence, options)
     if rounds:
         settle(closed_rings(new, rounds, graph, options), rounds)
@@ -66,7 +78,16 @@ def with_narrow_faces(
     if grown:
         # Where a wall is lower than a patch, the points of its patches are not its own.
         settle(new, {name: fits[name] for name in grown})
-    return label, dict(fits)
+    whole = joined_strips(label, fits, evidence, options, fit_options)
+    if not np.array_equal(whole, label):
+        parted, held = label, fits
+        settle(whole, {})
+        fits = {**fits, **{r: fit for r, fit in held.items() if _is_same(r, parted, label)}}
+    return with_ends(label, fits, net_vertices, quads, evidence, options)
+
+
+def _is_same(region: int, first: Labels, second: Labels) -> bool:
+    return np.array_equal(first == region, second == region)
 
 
 def closed_rings(

@@ -7,7 +7,7 @@ from turned import turned
 
 from crispline.net.halfedge import half_edges
 from crispline.options import RegionOptions
-from crispline.region.groove import with_grooves
+from crispline.region.narrow.groove import with_grooves
 from crispline.surface import Cone, Cylinder, Plane, Torus
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -18,10 +18,10 @@ from crispline.fit.outline import Ray, round_cost
 from crispline.fit.swept import Circle, Line, Revolution
 from crispline.net.halfedge import HalfEdges
 from crispline.options import RegionOptions
-from crispline.region.coaxial import Fits, Site, coaxial_sites, is_on_axis, straight_profile
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import fitted_region
-from crispline.region.layers import beside_others, layered
+from crispline.region.narrow.coaxial import Fits, Site, coaxial_sites, is_on_axis, straight_profile
+from crispline.region.narrow.layers import beside_others, layered
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface import Torus

@@ -5,7 +5,7 @@ import pytest
 from turned import turned
 
 from crispline.options import RegionOptions
-from crispline.region.step import with_step_walls
+from crispline.region.narrow.step import with_step_walls
 from crispline.surface import Cylinder, Plane, Sphere
 
 UPPER, WALL, LOWER, CRUMB = 0, 1, 2, 3

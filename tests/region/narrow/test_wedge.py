@@ -4,9 +4,9 @@ import numpy as np
 
 from crispline.net.halfedge import half_edges
 from crispline.options import RegionOptions
+from crispline.region.narrow.wedge import with_wedges
 from crispline.region.patches import PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.region.wedge import with_wedges
 from crispline.surface import Cylinder, Plane
 
 N = 40

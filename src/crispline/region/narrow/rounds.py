@@ -17,9 +17,9 @@ from crispline.options import RegionOptions
 from crispline.region.claim import Claim
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
+from crispline.region.narrow.stretch import AROUND, Fits, Mask, Stretch, misfit, stretches
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
-from crispline.region.stretch import AROUND, Fits, Mask, Stretch, misfit, stretches
 from crispline.surface import Surface
 from crispline.surface.base import Array
 

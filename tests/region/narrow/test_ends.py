@@ -5,9 +5,9 @@ import pytest
 
 from crispline.net.halfedge import half_edges
 from crispline.options import RegionOptions
-from crispline.region.ends import with_ends
 from crispline.region.evidence import N_WITNESSES, Evidence
 from crispline.region.fitting import held_fit
+from crispline.region.narrow.ends import with_ends
 from crispline.region.patches import PatchGraph
 from crispline.surface import Cone, Cylinder, Plane, Torus
 

@@ -6,7 +6,7 @@ import pytest
 from crispline.options import RegionOptions
 from crispline.region.evidence import N_WITNESSES, Evidence
 from crispline.region.fitting import held_fit
-from crispline.region.necks import with_necks
+from crispline.region.narrow.necks import with_necks
 from crispline.region.patches import PatchGraph
 from crispline.surface import Cylinder, Plane
 

@@ -6,8 +6,8 @@ from turned import turned
 
 from crispline.fit.choose import PRIMITIVE_FITS
 from crispline.options import RegionOptions
-from crispline.region.narrow import closed_rings
-from crispline.region.ring import with_rings
+from crispline.region.narrow.restore import closed_rings
+from crispline.region.narrow.ring import with_rings
 from crispline.surface import Cone, Cylinder, Plane
 
 END, CHAMFER, SHAFT = 0, 1, 2

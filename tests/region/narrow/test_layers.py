@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crispline.net.halfedge import half_edges
-from crispline.region.layers import layered
+from crispline.region.narrow.layers import layered
 
 N_AROUND = 24
 

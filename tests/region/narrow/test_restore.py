@@ -4,8 +4,8 @@ import numpy as np
 from turned import turned
 
 from crispline.net.halfedge import half_edges
-from crispline.options import RegionOptions
-from crispline.region.narrow import with_narrow_faces
+from crispline.options import FitOptions, RegionOptions
+from crispline.region.narrow.restore import restored
 from crispline.surface import Cone, Cylinder, Plane, Sphere
 
 TOP, WALL, SHOULDER, CHAMFER, SHAFT = range(5)
@@ -35,7 +35,13 @@ def connectivity(part):
     row, turn = np.divmod(np.arange(len(part.face)), N_AROUND)
     first, second = row * N_AROUND + turn, row * N_AROUND + (turn + 1) % N_AROUND
     quads = np.column_stack([first, second, second + N_AROUND, first + N_AROUND])
-    return half_edges(quads, len(part.face) + N_AROUND)
+    points = part.evidence.graph.points
+    vertices = np.concatenate([points, points[-N_AROUND:]])  # near enough
+    return vertices, half_edges(quads, len(vertices))
+
+
+def run(part, label, fits, refit):
+    return restored(label, fits, refit, *connectivity(part), part.evidence, OPTIONS, FitOptions())
 
 
 def test_the_wall_and_the_chamfer_come_back():
@@ -48,7 +54,7 @@ def test_the_wall_and_the_chamfer_come_back():
         asked.append(new)
         return {name: fits.get(name, fits[TOP]) for name in np.unique(new).tolist()}
 
-    new, found = with_narrow_faces(label, fits, refit, part.evidence, connectivity(part), OPTIONS)
+    new, found = run(part, label, fits, refit)
     assert len(asked) == 2  # after the ring, after the wall
     assert sorted(found) == np.unique(new).tolist()
     (chamfer,) = np.unique(new[part.face == CHAMFER]).tolist()
@@ -67,8 +73,7 @@ def test_what_is_whole_is_not_touched():
     part, _ = stepped_shaft()
     surfaces = {**SURFACES, WALL: Cylinder(np.zeros(3), UP, 9.0)}
     fits = part.fits({**surfaces, CHAMFER: Cone(14.0 * UP, -UP, np.pi / 4.0)}, part.face)
-    net = connectivity(part)
-    new, found = with_narrow_faces(part.face, fits, _never, part.evidence, net, OPTIONS)
+    new, found = run(part, part.face, fits, _never)
     np.testing.assert_array_equal(new, part.face)
     assert all(found[name] is fit for name, fit in fits.items())
 

@@ -5,7 +5,7 @@ import pytest
 from turned import turned
 
 from crispline.options import FitOptions, RegionOptions
-from crispline.region.strips import joined_strips
+from crispline.region.narrow.strips import joined_strips
 from crispline.surface import Plane
 
 TOP, STRIP, SIDE, OTHER, THIRD = range(5)
