@@ -3,7 +3,7 @@
 import numpy as np
 
 from crispline.cloud.working import working_cloud
-from crispline.net.sheets import has_near_sheets, told_apart
+from crispline.net.sheets import are_apart, has_near_sheets, told_apart
 from crispline.options import CloudOptions
 
 SIDE = 40.0
@@ -43,3 +43,9 @@ def test_normals_that_were_confused_here_and_there_are_put_right():
     is_mixed = np.einsum("nki,ni->nk", truth[own.neighbours], truth)[inner] < 0.0
     assert is_mixed.mean() < 0.01
     assert (np.einsum("nki,ni->nk", truth[cloud.neighbours], truth)[inner] < 0.0).mean() > 0.2
+
+
+def test_a_cloud_remembers_that_its_sheets_are_apart():
+    cloud, normals = slab(2.0)
+    assert not are_apart(cloud)
+    assert are_apart(told_apart(cloud, cloud.to_user.inverse().directions(normals))[0])

@@ -23,7 +23,7 @@ from crispline.net.mesh import TriangleMesh, clipped, compact
 from crispline.net.poisson import point_areas, poisson_indicator
 from crispline.net.projection import project_to_cloud
 from crispline.net.remesh import quads_over
-from crispline.net.sheets import FINE_CELL, has_near_sheets
+from crispline.net.sheets import FINE_CELL, are_apart
 from crispline.net.signed_distance import sheet_mesh
 from crispline.net.support import Coverage, coverage, local_spacings, support
 from crispline.net.trim import Trimmed, trimmed, without_crumbs
@@ -111,8 +111,7 @@ class _Builder:
         """Closed triangle mesh, on the points as far as there are any."""
         areas = point_areas(self.cloud.distances)
         # Smoothed over a spacing, the two sides of a thin wall run together here and there.
-        is_thin = has_near_sheets(self.cloud, self.normals, self.threads)
-        cell = FINE_CELL if is_thin else _CELL
+        cell = FINE_CELL if are_apart(self.cloud, self.threads) else _CELL
         points = self.cloud.points
         indicator = poisson_indicator(points, self.normals, areas, cell, threads=self.threads)
         return self._on_cloud(solid_mesh(indicator, points, areas))

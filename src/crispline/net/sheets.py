@@ -29,6 +29,7 @@ _K = 14
 """Points of a normal: fewer than elsewhere, as walls are seldom wide."""
 _CLEAR = 0.5
 """Normals that make a smaller cosine with the gradient mix two faces: the gradient is better."""
+_CLEARLY = 1.0 + 1e-6
 _CHUNK = 50_000
 
 
@@ -51,6 +52,12 @@ def has_near_sheets(cloud: WorkingCloud, normals: Array, threads: int = -1) -> b
     return bool(n_near > _MIN_SHARE * len(normals))
 
 
+def are_apart(cloud: WorkingCloud, threads: int = -1) -> bool:
+    """Whether the neighbours of a cloud leave out those on other sheets."""
+    reach, _ = nearest(cloud.tree, cloud.points, cloud.neighbours.shape[1], threads)
+    return bool(np.mean(cloud.distances[:, -1] > _CLEARLY * reach[:, -1]) > _MIN_SHARE)
+
+
 def told_apart(
     cloud: WorkingCloud, normals: Array, threads: int = -1
 ) -> tuple[WorkingCloud, Array]:
@@ -59,17 +66,21 @@ def told_apart(
     Parameters
     ----------
     cloud : ``n`` points.
-    normals : outward unit normals, shape ``(n, 3)``; most of them are right.
+    normals : outward unit normals, shape ``(n, 3)``; most of them are right. Those of points
+        without another sheet near them stay.
     threads : threads for queries and transforms; the result does not depend on it.
     """
-    own = cloud
+    own, found = cloud, normals
     for _ in range(_ROUNDS):
         areas = point_areas(own.distances)
-        indicator = poisson_indicator(cloud.points, normals, areas, FINE_CELL, threads=threads)
+        indicator = poisson_indicator(cloud.points, found, areas, FINE_CELL, threads=threads)
         outward = -indicator.gradient(cloud.points)
         own = separated(cloud, outward, threads=threads)
-        normals = principal_normals(own.points, own.neighbours, _K)
-        cosine = np.einsum("ni,ni->n", normals, outward)
-        normals = np.where(cosine < 0.0, -1.0, 1.0)[:, None] * normals
-        normals = np.where((np.abs(cosine) < _CLEAR)[:, None], outward, normals)
-    return own, normals
+        is_near = (own.neighbours != cloud.neighbours).any(axis=1)
+        anew = principal_normals(own.points, own.neighbours[is_near], _K)
+        cosine = np.einsum("ni,ni->n", anew, outward[is_near])
+        anew = np.where(cosine < 0.0, -1.0, 1.0)[:, None] * anew
+        anew = np.where((np.abs(cosine) < _CLEAR)[:, None], outward[is_near], anew)
+        found = normals.copy()
+        found[is_near] = anew
+    return own, found

@@ -123,7 +123,8 @@ def segment(
                 label, graph, is_sharp, patch_sigma, options, draft, _unexplained(label, fits)
             ).label
         label = tidy(label, quads, options.min_patches)
-    labelled, fits = fitted(fit_options)
+    # A sculpture is made of patches: its surfaces only say where its creases are.
+    labelled, fits = fitted(draft if split.is_sculpture else fit_options)
     has_faces = not split.is_sculpture
     has_faces &= explained_share(label, fits) >= options.min_explained
     if has_faces:
