@@ -25,7 +25,9 @@ from crispline.surface import Cylinder, Plane, Surface, unit
 Mask = NDArray[np.bool_]
 
 _MAX_TILT = np.radians(3.0)  # of an axis out of a plane that its cylinder touches
-_MAX_GAP = 0.3  # between the two, and between pieces of one plane, spacings
+_MAX_GAP = 0.3  # between the two, spacings; between pieces of one plane so much only if ...
+_BIAS = 0.1  # ... the noise of their points leaves it open: borders bias a plane by less, spacings
+_GAP_SIGMAS = 5.0
 _NEAR_SIGMAS = 3.0  # patches farther than this from the plane are not on it
 _LEEWAY = 0.5  # of what a face costs
 
@@ -99,11 +101,19 @@ def _are_one(first: RegionFit, second: RegionFit) -> bool:
     """Whether each of two planes passes through the points of the other."""
     if first.orientation * second.orientation * _cosine(first.surface, second.surface) < 0.0:
         return False
+    if min(len(first.points), len(second.points)) == 0:
+        return False
+    error = np.hypot(_error(first), _error(second))
     return all(
-        len(other.points) > 0
-        and abs(float(np.median(one.surface.signed_distance(other.points)))) < _MAX_GAP
+        abs(float(np.median(one.surface.signed_distance(other.points))))
+        < min(_MAX_GAP, _BIAS + _GAP_SIGMAS * error)
         for one, other in ((first, second), (second, first))
     )
+
+
+def _error(fit: RegionFit) -> float:
+    """Standard error of the height of a surface, from its residuals, spacings."""
+    return float(np.sqrt(np.mean(np.square(fit.residuals)) / len(fit.residuals)))
 
 
 def _cosine(first: Surface, second: Surface) -> float:
