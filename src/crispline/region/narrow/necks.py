@@ -26,7 +26,7 @@ Mask = NDArray[np.bool_]
 
 _MAX_TILT = np.radians(3.0)  # of an axis out of a plane that its cylinder touches
 _MAX_GAP = 0.3  # between the two, spacings; between pieces of one plane so much only if ...
-_BIAS = 0.1  # ... the noise of their points leaves it open: borders bias a plane by less, spacings
+_BIAS = 0.2  # ... the noise of their points leaves it open: borders bias a plane by less, spacings
 _GAP_SIGMAS = 5.0
 _NEAR_SIGMAS = 3.0  # patches farther than this from the plane are not on it
 _LEEWAY = 0.5  # of what a face costs
