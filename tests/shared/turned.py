@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from witnessed import witnessed
 
-from crispline.region.evidence import N_WITNESSES, Evidence
+from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
-from crispline.region.patches import PatchGraph
 
 SIGMA = 0.15
 
@@ -67,19 +67,4 @@ def turned(corners, n_around, is_straight=False, sigma=SIGMA):
             np.column_stack([part.ravel() for part in across]),
         ]
     )
-    rng = np.random.default_rng(0)
-    shape = (len(points), N_WITNESSES, 1)
-    witnesses = points[:, None] + sigma * rng.normal(size=shape) * normals[:, None]
-    noise = np.full(len(points), sigma)
-    return Turned(
-        Evidence(
-            PatchGraph(points, normals, np.sort(pairs, axis=1), 1.0),
-            witnesses.reshape(-1, 3),
-            normals.repeat(N_WITNESSES, axis=0),
-            np.arange(len(points)).repeat(N_WITNESSES),
-            witnesses,
-            noise.repeat(N_WITNESSES),
-            noise,
-        ),
-        face,
-    )
+    return Turned(witnessed(points, normals, pairs, sigma), face)

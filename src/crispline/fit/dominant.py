@@ -46,14 +46,7 @@ def dominant_plane(points: Array, normals: Array, clearance: Array, sigma: float
     n_core = max(round(_CORE_SHARE * len(points)), _MIN_CORE)
     kept = np.zeros(len(points), dtype=bool)
     kept[np.argsort(-clearance, kind="stable")[:n_core]] = True
-    plane: Plane | None = None
-    for _ in range(_ITERATIONS):
-        plane = fit_plane(points[kept], normals[kept], sigma)
-        if plane is None:
-            return None
-        kept = _lies_on(plane, points, sigma)
-        if kept.mean() < MIN_SHARE:
-            return None
+    plane = _settled_plane(points, normals, kept, sigma)
     is_found = plane is not None and dominates(plane, points, normals, clearance, sigma)
     return plane if is_found else None
 
@@ -94,7 +87,19 @@ def plane_of_most(points: Array, normals: Array, curved: Surface, sigma: float) 
     """
     if len(points) < _MIN_TO_TELL:
         return None
-    kept = np.ones(len(points), dtype=bool)
+    plane = _settled_plane(points, normals, np.ones(len(points), dtype=bool), sigma)
+    if plane is None or not faces_alike(normals, plane.normal[None]):
+        return None
+    kept = _lies_on(plane, points, sigma)
+    misfits = [np.square(s.signed_distance(points[kept]) / sigma).sum() for s in (plane, curved)]
+    spared = curved.n_parameters - plane.n_parameters
+    return plane if misfits[0] - misfits[1] < 2.0 * spared * np.log(len(points)) else None
+
+
+def _settled_plane(
+    points: Array, normals: Array, kept: NDArray[np.bool_], sigma: float
+) -> Plane | None:
+    """The plane fitted to what lies on it, from those kept; None if too few of the points do."""
     plane: Plane | None = None
     for _ in range(_ITERATIONS):
         plane = fit_plane(points[kept], normals[kept], sigma)
@@ -103,11 +108,7 @@ def plane_of_most(points: Array, normals: Array, curved: Surface, sigma: float) 
         kept = _lies_on(plane, points, sigma)
         if kept.mean() < MIN_SHARE:
             return None
-    if plane is None or not faces_alike(normals, plane.normal[None]):
-        return None
-    misfits = [np.square(s.signed_distance(points[kept]) / sigma).sum() for s in (plane, curved)]
-    spared = curved.n_parameters - plane.n_parameters
-    return plane if misfits[0] - misfits[1] < 2.0 * spared * np.log(len(points)) else None
+    return plane
 
 
 def _lies_on(plane: Plane, points: Array, sigma: float) -> NDArray[np.bool_]:

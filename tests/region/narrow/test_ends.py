@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from witnessed import witnessed
 
 from crispline.net.halfedge import half_edges
 from crispline.options import RegionOptions
-from crispline.region.evidence import N_WITNESSES, Evidence
+from crispline.region.evidence import N_WITNESSES
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.ends import with_ends
-from crispline.region.patches import PatchGraph
 from crispline.surface import Cone, Cylinder, Plane, Torus
 
 RADIUS, N_ROWS, N_SIDE, SIGMA = 2.5, 6, 4, 0.1
@@ -43,22 +43,8 @@ def evidence(vertices, quads):
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     points = corners.mean(axis=1)
-    rng = np.random.default_rng(1)
-    witnesses = (
-        points[:, None]
-        + SIGMA * rng.normal(size=(len(points), N_WITNESSES, 1)) * (normals[:, None])
-    )
     net = half_edges(quads, len(vertices))
-    noise = np.full(len(points), SIGMA)
-    return net, Evidence(
-        PatchGraph(points, normals, net.pairs(), 1.0),
-        witnesses.reshape(-1, 3),
-        normals.repeat(N_WITNESSES, axis=0),
-        np.arange(len(points)).repeat(N_WITNESSES),
-        witnesses,
-        noise.repeat(N_WITNESSES),
-        noise,
-    )
+    return net, witnessed(points, normals, net.pairs(), SIGMA, seed=1)
 
 
 def ended(vertices, quads, label=None, crumb=None):

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
+from witnessed import witnessed
 
 from crispline.options import RegionOptions
-from crispline.region.evidence import N_WITNESSES, Evidence
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.necks import with_necks
-from crispline.region.patches import PatchGraph
 from crispline.surface import Cylinder, Plane
 
 SIGMA, RADIUS = 0.15, 16.0
@@ -21,7 +20,6 @@ def scene(drop=0.0, seed=0):
 
     The round has taken the neck; beyond it the plane's second piece lies ``drop`` lower.
     """
-    rng = np.random.default_rng(seed)
     x, y = (g.ravel() for g in np.meshgrid(np.arange(-9.5, WIDTH), np.arange(LENGTH) + 0.5))
     in_neck = np.abs(y - LENGTH / 2) < 6.0
     low = drop * ((x > 0.0) & (y > LENGTH / 2))
@@ -39,18 +37,7 @@ def scene(drop=0.0, seed=0):
             np.column_stack([index[:, 1:].ravel(), index[:, :-1].ravel()]),
         ]
     )
-    shape = (len(x), N_WITNESSES, 1)
-    witnesses = points[:, None] + SIGMA * rng.normal(size=shape) * normals[:, None]
-    noise = np.full(len(x), SIGMA)
-    evidence = Evidence(
-        PatchGraph(points, normals, np.sort(pairs, axis=1), 1.0),
-        witnesses.reshape(-1, 3),
-        normals.repeat(N_WITNESSES, axis=0),
-        np.arange(len(x)).repeat(N_WITNESSES),
-        witnesses,
-        noise.repeat(N_WITNESSES),
-        noise,
-    )
+    evidence = witnessed(points, normals, pairs, SIGMA, seed)
     truth = np.where(bent, ROUND, np.where(y < LENGTH / 2, LEFT, RIGHT))
     truth[in_neck & (x > NECK)] = HOLE
     label = np.where(in_neck & (x < NECK), ROUND, truth)
