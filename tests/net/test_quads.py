@@ -258,3 +258,20 @@ def test_two_sheets_that_grew_together_along_a_loop_are_parted():
     used = len(np.unique(found))
     assert used - len(sides.pairs()) + len(found) == 4
     assert len(found) == 2 * 54
+
+
+def test_a_crumb_that_hangs_on_the_net_in_a_vertex_goes(monkeypatch):
+    remesh = quads.quads_over
+
+    def with_crumb(mesh, length):
+        vertices, found = remesh(mesh, length)
+        a = found[0, 0]
+        n = len(vertices)
+        cube = vertices[a] + 0.2 * np.stack(np.meshgrid(*3 * [[0.0, 1.0]], indexing="ij"), -1)
+        number = np.array([a, *(n + np.arange(7))])
+        faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        crumb = number[np.array(faces)]
+        return np.concatenate([vertices, cube.reshape(8, 3)[1:]]), np.concatenate([found, crumb])
+
+    monkeypatch.setattr(quads, "quads_over", with_crumb)
+    assert euler(net_over(*ball())[1]) == 2

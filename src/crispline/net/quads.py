@@ -135,8 +135,10 @@ class _Builder:
                 best, fewest = net, n_open
             if n_open == 0:
                 break
-        vertices = self._project(best[0], self.options.projection_steps[1])
-        return _outward(QuadNet(vertices, best[1], notes=self._lids(mesh)))
+        # What hung on the surface in a vertex only has become a piece of its own.
+        vertices, quads = self._without_crumbs(*best)
+        vertices = self._project(vertices, self.options.projection_steps[1])
+        return _outward(QuadNet(vertices, quads, notes=self._lids(mesh)))
 
     def _lids(self, mesh: TriangleMesh) -> tuple[str, ...]:
         """That a wide gap was spanned because the user insisted."""
@@ -194,10 +196,17 @@ class _Builder:
 
     def _on_cloud(self, mesh: TriangleMesh) -> TriangleMesh:
         """The mesh without crumbs, projected onto the points."""
-        vertices, triangles, _ = without_crumbs(
-            mesh.vertices, mesh.triangles, self.cloud.tree, self.options.min_piece, self.threads
-        )
+        vertices, triangles = self._without_crumbs(mesh.vertices, mesh.triangles)
         return TriangleMesh(self._project(vertices, self.options.projection_steps[0]), triangles)
+
+    def _without_crumbs(
+        self, vertices: Array, polygons: NDArray[np.int64]
+    ) -> tuple[Array, NDArray[np.int64]]:
+        least = self.options.min_piece
+        vertices, polygons, _ = without_crumbs(
+            vertices, polygons, self.cloud.tree, least, self.threads
+        )
+        return vertices, polygons
 
     def _coverage(self, mesh: TriangleMesh) -> Coverage:
         found = support(mesh.vertices, mesh.normals(), self.cloud.tree, self._spacing, self.threads)
