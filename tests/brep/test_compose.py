@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from crispline import occt
-from crispline.brep import compose
+from crispline.brep import check, compose
 from crispline.brep.build import build_shape
 from crispline.brep.check import check_file, check_shape
 from crispline.brep.compose import make_solid
@@ -17,6 +17,7 @@ from crispline.brep.heal import heal
 from crispline.cadfile.step import write_step
 from crispline.curve import Line
 from crispline.errors import ReconstructionError
+from crispline.occt.measure import tessellate
 from crispline.surface import Similarity
 
 ROTATION = Rotation.from_rotvec([0.3, 0.5, -0.2]).as_matrix()
@@ -34,10 +35,10 @@ def test_unit_and_place_do_not_matter(name, scale, shift, tmp_path):
     moved = sample.model.transformed(Similarity(scale, ROTATION, np.full(3, shift)))
     solid = make_solid(moved, None, scale)
     write_step(solid.shape, tmp_path / "part.step")
-    for check in (solid.check, check_file(tmp_path / "part.step", None, scale)):
-        assert check.is_good
-        assert check.n_faces == len(sample.model.faces)
-        assert check.volume == pytest.approx(sample.volume * scale**3, rel=1e-6)
+    for found in (solid.check, check_file(tmp_path / "part.step", None, scale)):
+        assert found.is_good
+        assert found.n_faces == len(sample.model.faces)
+        assert found.volume == pytest.approx(sample.volume * scale**3, rel=1e-6)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 25.4])
@@ -76,6 +77,33 @@ def test_without_time_the_faulty_shape_is_returned_as_faulty():
     solid = make_solid(turned_roof(), None, 1.0, time_limit=0.0)
     assert solid.attempt == "as built"
     assert not solid.check.is_valid
+
+
+def test_the_time_limit_is_for_repairs_alone(monkeypatch):
+    given = []
+
+    def slow(*arguments):
+        time.sleep(0.3)
+        return check_shape(*arguments)
+
+    monkeypatch.setattr(compose, "check_shape", slow)
+    monkeypatch.setattr(compose, "heal", lambda shape, gap, limit, drop: given.append(limit))
+    make_solid(turned_roof(), None, 1.0, time_limit=1.0)
+    assert given[0] > 0.9
+
+
+def test_a_faulty_shape_is_meshed_coarsely_only(monkeypatch):
+    tried = []
+
+    def spied(shape, deflection):
+        tried.append(deflection)
+        return tessellate(shape, deflection)
+
+    monkeypatch.setattr(check, "tessellate", spied)
+    check_shape(build_shape(turned_roof()).shape)
+    assert len(tried) == 1
+    check_shape(build_shape(brep_models.box().model).shape)
+    assert len(tried) == 3
 
 
 def test_healing_stops_at_its_time_limit():

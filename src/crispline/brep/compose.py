@@ -74,8 +74,8 @@ def make_solid(
     to_unit = _to_unit_spacing(model, spacing)
     built = build_shape(model.transformed(to_unit))
     points = None if raw_points is None else to_unit.points(raw_points)
-    deadline = time.monotonic() + time_limit
     first = best = _judge(built, built.shape, points, "as built", not model.is_closed)
+    deadline = time.monotonic() + time_limit
     if _is_repairable(best.check):
         for max_tolerance, drop_pcurves in _HEALINGS:
             healed = heal(built.shape, max_tolerance, deadline - time.monotonic(), drop_pcurves)
