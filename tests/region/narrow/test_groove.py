@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from turned import turned
 
+from crispline.fit.swept import Revolution
 from crispline.net.halfedge import half_edges
 from crispline.options import RegionOptions
+from crispline.region.narrow.coaxial import coaxial_sites, is_on_axis, straight_profile
 from crispline.region.narrow.groove import with_grooves
 from crispline.surface import Cone, Cylinder, Plane, Torus
 
@@ -86,3 +89,27 @@ def test_half_a_ring_is_none():
     new, found = grooved(part, label, surfaces)
     assert found == {}
     np.testing.assert_array_equal(new, label)
+
+
+def test_a_chamfer_that_leans_within_its_noise_is_about_the_axis_of_the_shaft():
+    # Its own axis, taken for that of the groove, put two faces askew between the others.
+    part = spread([(16.0, 14.0), (16.0, -14.0), (13.0, -17.0)])
+    tilted = np.array([np.sin(0.03), 0.0, np.cos(0.03)])
+    surfaces = {
+        0: Cylinder(0.0 * UP, UP, RADIUS),
+        1: Cone(np.array([0.9, 0.0, -30.0]), tilted, np.pi / 4.0),
+    }
+    fits = part.fits(surfaces, part.face)
+    axis = Revolution(0.0 * UP, UP)
+    assert not is_on_axis(surfaces[1].apex, surfaces[1].axis, axis)
+    line = straight_profile(fits[1], axis)
+    assert abs(np.degrees(line.angle)) % 90.0 == pytest.approx(45.0, abs=2.0)
+    sites = list(coaxial_sites(part.face, fits, part.evidence, OPTIONS))
+    assert {tuple(np.round(site.sweep.axis, 6)) for site in sites} == {(0.0, 0.0, 1.0)}
+
+
+def test_a_cone_that_stands_aside_is_not_about_the_axis():
+    part = spread([(16.0, 14.0), (16.0, -14.0), (13.0, -17.0)])
+    aside = Revolution(np.array([1.5, 0.0, 0.0]), UP)
+    surface = Cone(np.array([0.0, 0.0, -30.0]), UP, np.pi / 4.0)
+    assert straight_profile(part.fits({1: surface}, part.face)[1], aside) is None

@@ -9,7 +9,7 @@ import numpy as np
 
 from crispline.fit.choose import is_pure_noise
 from crispline.fit.residual import rms
-from crispline.fit.swept import Line, Revolution
+from crispline.fit.swept import Line, Revolution, fit_line
 from crispline.options import RegionOptions
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels, PatchGraph
@@ -21,6 +21,8 @@ Fits = Mapping[int, RegionFit]
 
 _MAX_TILT = np.radians(3.0)  # between axes that count as one ...
 _MAX_OFFSET = 0.5  # ... and between where they stand, spacings
+_LOOSE_TILT = np.radians(10.0)  # of an axis that a few points tell
+_MIN_POINTS = 10
 _BESIDE = 0.8  # share of a crumb's border that is with the two faces about the axis
 _ONE_SIDED = 0.2  # a neighbour with less border than this, relative to the other, is none
 _MAX_WIDTH = 8.0  # of what stands for a groove, along its profile, spacings
@@ -111,11 +113,13 @@ def _axes(fits: Fits, size: Labels, options: RegionOptions) -> Iterator[Revoluti
         surface = fits[name].surface
         if size[name] < options.crumb_patches or not fits[name].is_accepted:
             continue
-        if isinstance(surface, Cylinder | Cone):
+        if not isinstance(surface, Cylinder | Cone):
+            continue
+        # A chamfer hardly tells its own axis: that of a larger face may do as well for it.
+        if all(straight_profile(fits[name], other) is None for other in known):
             origin = surface.origin if isinstance(surface, Cylinder) else surface.apex
-            if not any(is_on_axis(origin, surface.axis, other) for other in known):
-                known.append(Revolution(origin, surface.axis))
-                yield known[-1]
+            known.append(Revolution(origin, surface.axis))
+            yield known[-1]
 
 
 def is_on_axis(place: Array, direction: Array, sweep: Revolution) -> bool:
@@ -126,7 +130,10 @@ def is_on_axis(place: Array, direction: Array, sweep: Revolution) -> bool:
 
 
 def straight_profile(fit: RegionFit, sweep: Revolution) -> Line | None:
-    """The line that sweeps a face; None if it is not about the axis, or no line does."""
+    """The line that sweeps a face; None if it is not about the axis, or no line does.
+
+    It is about the axis if its own says so, or if about this one it explains its points as well.
+    """
     surface = fit.surface
     match surface:
         case Plane() if abs(float(surface.normal @ sweep.axis)) > np.cos(_MAX_TILT):
@@ -142,4 +149,17 @@ def straight_profile(fit: RegionFit, sweep: Revolution) -> Line | None:
                 float(np.arctan2(-rise, np.cos(surface.half_angle))),
                 -rise * height,
             )
+        case Cylinder() | Cone() if abs(float(surface.axis @ sweep.axis)) > np.cos(_LOOSE_TILT):
+            return _line_about(fit, sweep)
     return None
+
+
+def _line_about(fit: RegionFit, sweep: Revolution) -> Line | None:
+    """The line that sweeps what its points cannot tell from a face; None if they can."""
+    n_points = len(fit.residuals)
+    flat, sigma = sweep.flattened(fit.points), rms(fit.residuals)
+    line = fit_line(flat, sigma) if n_points > _MIN_POINTS and sigma > 0.0 else None
+    if line is None:
+        return None
+    off = flat @ line.normal - line.offset
+    return line if is_pure_noise(rms(off), n_points, sigma) else None
