@@ -48,3 +48,20 @@ def test_points_drawn_into_one_are_no_curve(is_closed):
     ends = None if is_closed else (np.zeros(3), np.zeros(3))
     corner = [Plane(np.zeros(3), normal) for normal in np.eye(3)]
     assert refine.curve_along(ring, ends, corner, LocateOptions()) is None
+
+
+@pytest.mark.parametrize("miss", [0.06, 0.16, 0.3])
+def test_a_curve_leads_to_a_corner_beside_it_without_a_hook(miss):
+    """A rim of a bent sheet crossed itself where its corner lay off its plane."""
+    sides = [Plane(np.zeros(3), np.array([0.0, 0.0, 1.0])), Plane(np.zeros(3), np.eye(3)[1])]
+    x = np.concatenate([[0.0], np.linspace(0.05, 20.0, 30)])
+    points = np.stack([x, np.zeros_like(x), np.zeros_like(x)], axis=1)
+    ends = (points[0] + [0.0, 0.7 * miss, 0.7 * miss], points[-1])
+    points[0] = ends[0]
+    curve = refine.curve_along(points, ends, sides, LocateOptions())
+    places = curve.samples(2000)
+    assert (np.diff(places[:, 0]) > 0.0).all()
+    assert np.abs(places[:, 1:]).max() < 1.1 * miss
+    far = places[places[:, 0] > 4.0]
+    np.testing.assert_allclose(far[:, 1:], 0.0, atol=1e-2)
+    np.testing.assert_allclose(places[[0, -1]], np.stack(ends), atol=1e-9)

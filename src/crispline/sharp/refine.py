@@ -24,6 +24,7 @@ _MIN_OPEN, _MIN_CLOSED = 2, 4  # nodes of a curve
 _MIN_SPAN = 0.1
 _MAX_PARTS = 8
 _MIN_STRENGTH = 0.05
+_LOOSE = 0.05  # ends so far from the surfaces lie aside of them, spacings
 _LOOSE_REACH = 3.0
 
 
@@ -105,7 +106,7 @@ def _refined(
     end_gaps = _loose_gaps(ends, constraints, tolerance)
 
     def allowed_gap(at: Array) -> Array:
-        """What the surfaces leave undecided near an end at which they touch, else 0."""
+        """What the surfaces leave undecided near an end that they miss, else 0."""
         near = np.linalg.norm(at[:, None] - ends, axis=2) < _LOOSE_REACH
         return np.asarray(2.0 * np.max(near * end_gaps, axis=1))
 
@@ -146,14 +147,16 @@ def _refined(
 
 
 def _loose_gaps(ends: Array, constraints: Sequence[Constraint], tolerance: float) -> Array:
-    """Gaps at both ends if the surfaces touch but miss each other there, else 0, shape ``(2,)``.
+    """Gaps at both ends if the curve of the surfaces misses them, else 0, shape ``(2,)``.
 
-    Next to such an end the exact intersection turns away from it sharply, by no
-    more than what the noise of the fits moves it.
+    Next to an end at which they touch but miss each other the exact intersection turns away
+    sharply, by no more than what the noise of the fits moves it; next to one that lies aside,
+    nodes on it would lead there and back in a hook.
     """
     gaps = distance(ends, constraints)
     _, strength = tangents(ends, constraints)
-    return np.where((strength < _MIN_STRENGTH) & (gaps > tolerance), gaps, 0.0)
+    touches = strength < _MIN_STRENGTH
+    return np.where(touches & (gaps > tolerance) | (gaps > _LOOSE), gaps, 0.0)
 
 
 def _end_tangents(nodes: Array, constraints: Sequence[Constraint]) -> Array:
