@@ -31,6 +31,7 @@ from crispline.sharp.intersect import distance, intersect
 from crispline.sharp.network import chains_at, contracted, corner_vertices, labels_beside
 from crispline.sharp.revise import collapsible_chain, split_at_branches
 from crispline.sharp.rim import split_at_kinks
+from crispline.sharp.tears import mended
 from crispline.sharp.trace import guide_along
 from crispline.surface.base import Array, Similarity
 
@@ -100,13 +101,15 @@ def locate(
         their surfaces, and only sharp ones hold a corner.
     """
     search = _Search(regions, cloud, sigma, _thinning(cloud), options, is_sculpture)
+    doubts: list[Doubt] = []
     if not is_sculpture:
+        topology, torn = mended(topology, net_vertices, regions, cloud)
+        doubts += [_torn(chain, net_vertices) for chain in torn]
         topology = split_at_branches(topology, net_vertices, regions)
     topology, net_vertices = split_at_kinks(topology, net_vertices, options)
     anchors = corner_vertices(topology)
     borders = [search.border(chain, net_vertices, anchors) for chain in topology.chains]
     corners = {vertex: search.corner(vertex, topology, net_vertices, borders) for vertex in anchors}
-    doubts = []
     while (index := collapsible_chain(topology, net_vertices, corners, options)) is not None:
         gone = topology.chains[index]
         kept, lost = int(gone.vertices[0]), int(gone.vertices[-1])
@@ -191,6 +194,15 @@ def _thinning(cloud: cKDTree) -> float:
     distance, _ = nearest(cloud, np.asarray(cloud.data), min(9, cloud.n))
     even, thin = np.quantile(distance[:, -1], [0.5, 0.99])
     return float(np.clip(thin / max(1.5 * even, 1e-12), 1.0, _MAX_THINNING))
+
+
+def _torn(chain: Chain, net_vertices: Array) -> Doubt:
+    """What to say of a tear that was mended."""
+    text = (
+        f"the wall between regions {_names([chain])} is so thin that the net is torn near "
+        "{place}; the tear is closed: scan it more densely"
+    )
+    return Doubt(text, net_vertices[chain.vertices[0]])
 
 
 def _doubts(

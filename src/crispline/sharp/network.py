@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from crispline.region.topology import Chain, Loop, Topology
+
+Use = tuple[int, int]
+"""Index of a chain, and +1 if it is run through forward, else -1."""
 
 
 def corner_vertices(topology: Topology) -> list[int]:
@@ -85,6 +88,49 @@ def rotated(topology: Topology, index: int, position: int) -> Topology:
     turned = replace(chain, vertices=np.append(ring, ring[0]))
     chains = (*topology.chains[:index], turned, *topology.chains[index + 1 :])
     return replace(topology, chains=chains)
+
+
+def successors(topology: Topology) -> dict[Use, Use]:
+    """What follows every use of a chain in its loop."""
+    return {
+        use: loop[(k + 1) % len(loop)]
+        for loops in topology.loops.values()
+        for loop in loops
+        for k, use in enumerate(loop)
+    }
+
+
+def cycles(follows: Mapping[Use, Use]) -> list[list[Use]]:
+    """The loops that a map to successors stands for."""
+    left = dict(follows)
+    found = []
+    while left:
+        loop = [next(iter(left))]
+        while (after := left.pop(loop[-1])) != loop[0]:
+            loop.append(after)
+        found.append(loop)
+    return found
+
+
+def relinked(
+    chains: Mapping[int, Chain], loops: Iterable[Sequence[Use]], labels: Iterable[int]
+) -> Topology:
+    """The network of some chains and loops, the chains numbered anew in their order.
+
+    Parameters
+    ----------
+    chains : by the numbers that the loops call them.
+    loops : uses of chains, with their region on the left.
+    labels : of all regions, also of those without a loop.
+    """
+    number = {old: new for new, old in enumerate(sorted(chains))}
+    of_region: dict[int, list[Loop]] = {label: [] for label in labels}
+    for loop in loops:
+        chain, side = chains[loop[0][0]], loop[0][1]
+        own = tuple((number[index], sign) for index, sign in loop)
+        of_region[chain.left if side > 0 else chain.right].append(own)
+    ordered = tuple(chains[old] for old in sorted(chains))
+    return Topology(ordered, {label: tuple(found) for label, found in of_region.items()})
 
 
 def _with_end_moved(chain: Chain, lost: int, kept: int) -> Chain:
