@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
-from turned import turned
+from turned import SIGMA, turned
+from witnessed import witnessed
 
 from crispline.options import RegionOptions
+from crispline.region.fitting import held_fit
 from crispline.region.narrow.rounds import with_rounds
 from crispline.surface import Cylinder, Plane, Sphere, Torus
 
@@ -86,3 +88,81 @@ def test_a_sharp_edge_stays_sharp(is_straight):
 def test_a_chamfer_is_no_round():
     made, label, _ = part([(EDGE - 2.0, 0.0), (EDGE, -2.0)], is_straight=True)
     assert not found(made, label, is_straight=True)[1]
+
+
+CORNER, LENGTH, DEPTH = 10.0, 60, 14.0  # radius of the plate's corner, its sides, its wall
+
+
+def plate_rim(radii, seed):
+    """A quarter of the rim of a plate: side, round corner, side; a fillet along all of it.
+
+    Returns the evidence, the labels without the fillet, and the surfaces: top, first side,
+    corner, second side.
+    """
+    bend = np.arange(0.5, 0.5 * np.pi * CORNER)
+    places = [("first", k + 0.5) for k in range(LENGTH)]
+    places += [("corner", b / CORNER) for b in bend]
+    places += [("second", k + 0.5) for k in range(LENGTH)]
+    rows = []
+    for part, at in places:
+        radius = radii[part]
+        arc = np.linspace(0.0, 0.5 * np.pi, 2 * round(1.6 * radius) + 1)[1::2]
+        inward = [*np.arange(8.5, radius, -1.0), *(radius * (1.0 - np.sin(arc)))]
+        depth = [*(0.0 * np.arange(8.5, radius, -1.0)), *(radius * (1.0 - np.cos(arc)))]
+        tilt = [*(0.0 * np.arange(8.5, radius, -1.0)), *arc]
+        n_wall = 20 - len(inward)
+        down = radius + (np.arange(n_wall) + 0.5) * (DEPTH - radius) / n_wall
+        inward, depth = [*inward, *(0.0 * down)], [*depth, *down]
+        tilt = [*tilt, *np.full(n_wall, 0.5 * np.pi)]
+        if part == "first":
+            origin, out = np.array([CORNER, at - LENGTH, 0.0]), ACROSS
+        elif part == "second":
+            origin, out = np.array([-at, CORNER, 0.0]), np.array([0.0, 1.0, 0.0])
+        else:
+            out = np.array([np.cos(at), np.sin(at), 0.0])
+            origin = CORNER * out
+        for d, z, t in zip(inward, depth, tilt, strict=True):
+            rows.append((*(origin - d * out - z * UP), *(np.sin(t) * out + np.cos(t) * UP), d - z))
+    table = np.array(rows)
+    number = np.arange(len(table)).reshape(len(places), 20)
+    pairs = (
+        [number[:-1].ravel(), number[1:].ravel()],
+        [number[:, :-1].ravel(), number[:, 1:].ravel()],
+    )
+    pairs = np.concatenate([np.column_stack(pair) for pair in pairs])
+    side = np.array([{"first": 1, "corner": 2, "second": 3}[part] for part, _ in places])
+    label = np.where(table[:, 6] > 0.0, TOP, side.repeat(20))
+    evidence = witnessed(table[:, :3], table[:, 3:6], pairs, SIGMA, seed)
+    known = {
+        TOP: Plane(np.zeros(3), UP),
+        1: Plane(CORNER * ACROSS, ACROSS),
+        2: Cylinder(np.zeros(3), UP, CORNER),
+        3: Plane(np.array([0.0, CORNER, 0.0]), np.array([0.0, 1.0, 0.0])),
+    }
+    fits = {
+        k: held_fit(surface, np.flatnonzero(label == k), evidence) for k, surface in known.items()
+    }
+    return evidence, label, fits
+
+
+def ball(fit):
+    torus = isinstance(fit.surface, Torus)
+    return fit.surface.minor_radius if torus else fit.surface.radius
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_one_ball_rolls_round_a_corner(seed):
+    evidence, label, fits = plate_rim(dict.fromkeys(("first", "corner", "second"), 2.2), seed)
+    rounds = with_rounds(label, fits, evidence, OPTIONS)[1]
+    kinds = sorted(fit.surface.kind for fit in rounds.values())
+    assert kinds == ["cylinder", "cylinder", "torus"]
+    radii = [ball(fit) for fit in rounds.values()]
+    assert len(set(radii)) == 1
+    assert radii[0] == pytest.approx(2.2, abs=0.1)
+
+
+def test_balls_that_the_points_tell_apart_stay_two():
+    evidence, label, fits = plate_rim({"first": 2.5, "corner": 2.5, "second": 3.6}, 0)
+    rounds = with_rounds(label, fits, evidence, OPTIONS)[1]
+    straight = sorted(ball(fit) for fit in rounds.values() if isinstance(fit.surface, Cylinder))
+    assert straight == pytest.approx([2.5, 3.6], abs=0.3)

@@ -9,8 +9,11 @@ both faces must lie on the round.
 from __future__ import annotations
 
 from collections import ChainMap
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from crispline.fit.swept import Circle, fit_line
 from crispline.options import RegionOptions
@@ -20,7 +23,7 @@ from crispline.region.fitting import held_fit
 from crispline.region.narrow.stretch import AROUND, Fits, Mask, Stretch, misfit, stretches
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Surface
+from crispline.surface import Cylinder, Surface, Torus
 from crispline.surface.base import Array
 
 _MIN_WIDTH = 1.2  # of a round that patches can follow, spacings
@@ -33,8 +36,23 @@ _LOOSE = 1.0  # cost of a patch on a crumb for its surface, which fits whatever 
 _PASSES = 2
 _N_RADII = 48
 _REFINEMENTS = 2
+_SAME_BALL = 6.0  # rise of the misfit for which the ball of a neighbour is the better guess
+_SPREAD = 0.1  # of the radius of a ball among those of its edges
 _BIAS = 0.25  # of a radius, by which the nearer of two surfaces misleads
 _NEWTON_STEPS = 4
+
+
+@dataclass(frozen=True)
+class _Ball:
+    """What rolls along an edge, inside (``side`` -1) or outside of the part."""
+
+    edge: Stretch
+    radius: float
+    side: float
+
+    def misfit(self, radius: float) -> float:
+        """Of all points along the edge, if the ball had another radius."""
+        return float(self.edge.misfit_with_round(radius, self.side, only=True).sum())
 
 
 def with_rounds(
@@ -52,20 +70,23 @@ def with_rounds(
     """
     label = label.copy()
     rounds: dict[int, RegionFit] = {}
+    balls: dict[int, _Ball] = {}
     known = ChainMap(rounds, dict(fits))
     for _ in range(_PASSES):  # what crumbs at a corner hold is known when both rounds are
         for edge in stretches(label, known, rounds, evidence, options):
             found = _rolled(edge, label, known, options)
             if found is not None:
-                edge, surface = found
+                edge, ball, surface = found
                 name = int(label.max()) + 1
+                balls[name] = ball
                 rounds[name] = held_fit(surface, np.flatnonzero(edge.field), evidence)
                 names = (*edge.faces, *edge.rounds, *edge.crumbs, name)
                 _assign(label, edge.field, names, edge.crumbs, known, evidence, options)
     present = np.unique(label)
+    surfaces = {name: fit.surface for name, fit in rounds.items()} | _rolled_on(balls, known)
     return label, {
-        name: held_fit(fit.surface, np.flatnonzero(label == name), evidence)
-        for name, fit in rounds.items()
+        name: held_fit(surface, np.flatnonzero(label == name), evidence)
+        for name, surface in surfaces.items()
         if name in present
     }
 
@@ -93,8 +114,8 @@ def _assign(
 
 def _rolled(
     edge: Stretch, label: Labels, fits: Fits, options: RegionOptions
-) -> tuple[Stretch, Surface] | None:
-    """The edge without the crumbs that stay, and the round of least misfit.
+) -> tuple[Stretch, _Ball, Surface] | None:
+    """The edge without the crumbs that stay, the ball of least misfit, and the round it leaves.
 
     None if the points do not ask for one, or rather for a chamfer.
     """
@@ -102,8 +123,9 @@ def _rolled(
     radii = np.geomspace(_MIN_WIDTH / angle, AROUND / np.tan(0.5 * angle), _N_RADII)
     if radii[0] >= radii[-1]:
         return None
+    known = [_radius(fits[name].surface) for name in edge.rounds]
     while True:
-        radius, side = _best_ball(edge, radii)
+        radius, side = _rolling_on(edge, known, *_best_ball(edge, radii))
         rounded = edge.misfit_with_round(radius, side)
         is_on = rounded < 0.5 * _OFF**2
         gain, stays = 0.0, []
@@ -124,6 +146,8 @@ def _rolled(
     alone = edge.known - edge.misfit_with_round(radius, side, only=True)
     gain += float(alone[~in_crumb].sum())
     least = (_TOGETHER if edge.crumbs or edge.rounds else _ALONE) * options.face_cost
+    if len(known) > 1 and radius in known:
+        least = 0.0  # a ball that comes in at one end and goes out at the other
     # What a crumb holds beyond the round is for others to explain.
     lost = (is_on | ~in_crumb) & (edge.known > 0.5 * _OFF**2)
     explained = float((edge.known - rounded)[lost].sum())
@@ -132,7 +156,7 @@ def _rolled(
     if _misfit_of_chamfer(edge, edge.points[lost]) < rounded.sum():
         return None
     surface = _surface(edge, [fits[face] for face in edge.faces], radius, side)
-    return None if surface is None else (edge, surface)
+    return None if surface is None else (edge, _Ball(edge, radius, side), surface)
 
 
 def _misfit_of_chamfer(edge: Stretch, lost: Array) -> float:
@@ -160,6 +184,60 @@ def _best_ball(edge: Stretch, radii: Array) -> tuple[float, float]:
     around = radius * np.linspace(1.0 - _BIAS, 1.0 + _BIAS, _N_RADII)
     costs = [edge.misfit_with_round(r, side, only=True).sum() for r in around]
     return float(around[int(np.argmin(costs))]), side
+
+
+def _rolled_on(balls: Mapping[int, _Ball], fits: Fits) -> dict[int, Surface]:
+    """The rounds that one ball leaves on its way along several edges, where the points bear it.
+
+    The way may lead over rounds that were found whole.
+    """
+    names = sorted({*balls, *(name for ball in balls.values() for name in ball.edge.rounds)})
+    links = np.zeros((len(names), len(names)), dtype=bool)
+    for name, ball in balls.items():
+        links[names.index(name), [names.index(other) for other in ball.edge.rounds]] = True
+    way_of = connected_components(links, directed=False)[1]
+    found: dict[int, Surface] = {}
+    for way in np.unique(way_of).tolist():
+        members = [name for name, other in zip(names, way_of, strict=True) if other == way]
+        own = [balls[name] for name in members if name in balls]
+        if len(members) < 2 or len({ball.side for ball in own}) > 1:
+            continue
+        radii = [ball.radius for ball in own]
+        among = np.linspace((1.0 - _SPREAD) * min(radii), (1.0 + _SPREAD) * max(radii), _N_RADII)
+        totals = [sum(ball.misfit(radius) for ball in own) for radius in among]
+        best = int(np.argmin(totals))
+        apart = sum(ball.misfit(ball.radius) for ball in own)
+        if totals[best] > apart + _SAME_BALL * len(own):
+            continue
+        for name in members:
+            if name in balls:
+                edge = balls[name].edge
+                faces = [fits[face] for face in edge.faces]
+                surface = _surface(edge, faces, float(among[best]), balls[name].side)
+                if surface is not None:
+                    found[name] = surface
+    return found
+
+
+def _rolling_on(
+    edge: Stretch, known: list[float], radius: float, side: float
+) -> tuple[float, float]:
+    """The ball of a round that ends here, if the points along the edge bear it, or else its own."""
+    own = float(edge.misfit_with_round(radius, side, only=True).sum())
+    for other in known:
+        if float(edge.misfit_with_round(other, side, only=True).sum()) < own + _SAME_BALL:
+            return other, side
+    return radius, side
+
+
+def _radius(surface: Surface) -> float:
+    """Of the ball that swept a round."""
+    match surface:
+        case Cylinder():
+            return surface.radius
+        case Torus():
+            return surface.minor_radius
+    return np.nan
 
 
 def _surface(edge: Stretch, faces: list[RegionFit], radius: float, side: float) -> Surface | None:

@@ -20,7 +20,7 @@ from crispline.region.claim import MISFIT_CAP
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Cone, Cylinder, Plane, Surface
+from crispline.surface import Cone, Cylinder, Plane, Surface, Torus
 from crispline.surface.base import Array
 
 Mask = NDArray[np.bool_]
@@ -134,10 +134,19 @@ def stretches(
             here = np.unique(label[near])
             field = near & np.isin(label, (a, b)) | np.isin(label, np.intersect1d(here, crumbs))
             kept = tuple(np.intersect1d(here, crumbs).tolist())
-            ending = tuple(np.intersect1d(here, list(rounds)).tolist())
+            others = np.setdiff1d(here, (a, b, *kept)).tolist()
+            ending = tuple(name for name in others if name in rounds or _is_round(fits[name]))
             stretch = _stretch((a, b), kept, ending, field, sweep, label, fits, evidence, options)
             if stretch is not None:
                 yield stretch
+
+
+def _is_round(fit: RegionFit) -> bool:
+    """Whether a region may be what a small ball has left on its way."""
+    match fit.surface:
+        case Cylinder(radius=radius) | Torus(minor_radius=radius):
+            return fit.is_accepted and radius < AROUND
+    return False
 
 
 def _sweep(first: RegionFit, second: RegionFit) -> Sweep | None:
