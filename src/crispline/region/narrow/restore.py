@@ -16,6 +16,7 @@ from crispline.region.fitting import held_fit
 from crispline.region.narrow.ends import with_ends
 from crispline.region.narrow.groove import with_grooves
 from crispline.region.narrow.necks import with_necks
+from crispline.region.narrow.openings import with_openings
 from crispline.region.narrow.ring import with_rings
 from crispline.region.narrow.rounds import with_rounds
 from crispline.region.narrow.step import with_step_walls
@@ -61,6 +62,9 @@ def restored(
     whole = with_necks(label, fits, evidence, options)
     if not np.array_equal(whole, label):
         settle(whole, {})
+    new, walls = with_openings(label, fits, evidence, options)
+    if walls:
+        settle(new, walls)
     new, rounds = with_rounds(label, fits, evidence, options)
     if rounds:
         settle(closed_rings(new, rounds, graph, options), rounds)
