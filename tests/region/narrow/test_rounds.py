@@ -77,6 +77,19 @@ def test_a_crumb_of_the_round_gives_way():
     assert (new[is_broken] == name).mean() > 0.8
 
 
+@pytest.mark.parametrize("radius", [4.6, 5.2])
+def test_a_larger_round_is_found_where_a_crumb_is_part_of_it(radius):
+    # The corner of a pocket was a torus, as its faces had taken both of its ends.
+    turns = np.linspace(0.0, 0.5 * np.pi, 7)
+    inner = EDGE - radius
+    arc = [(inner + radius * np.sin(t), -radius * (1.0 - np.cos(t))) for t in turns]
+    made, label, _ = part(arc, is_straight=True)
+    label = np.where((made.face > 1) & (made.face < 6), CRUMB, label)
+    _new, rounds = found(made, label, is_straight=True)
+    ((_, fit),) = rounds.items()
+    assert fit.surface.radius == pytest.approx(radius, abs=0.3)
+
+
 @pytest.mark.parametrize("is_straight", [True, False], ids=["straight", "turned"])
 def test_a_sharp_edge_stays_sharp(is_straight):
     made, label, _ = part([(EDGE, 0.0)], is_straight)
@@ -90,7 +103,7 @@ def test_a_chamfer_is_no_round():
     assert not found(made, label, is_straight=True)[1]
 
 
-CORNER, LENGTH, DEPTH = 10.0, 60, 14.0  # radius of the plate's corner, its sides, its wall
+CORNER, LENGTH, DEPTH = 18.0, 60, 14.0  # radius of the plate's corner, its sides, its wall
 
 
 def plate_rim(radii, seed):

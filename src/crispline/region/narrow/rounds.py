@@ -20,7 +20,7 @@ from crispline.options import RegionOptions
 from crispline.region.claim import Claim
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
-from crispline.region.narrow.stretch import AROUND, Fits, Mask, Stretch, misfit, stretches
+from crispline.region.narrow.stretch import Fits, Mask, Stretch, misfit, stretches
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
 from crispline.surface import Cylinder, Surface, Torus
@@ -120,7 +120,7 @@ def _rolled(
     None if the points do not ask for one, or rather for a chamfer.
     """
     angle = float(np.arccos(edge.cosine))
-    radii = np.geomspace(_MIN_WIDTH / angle, AROUND / np.tan(0.5 * angle), _N_RADII)
+    radii = np.geomspace(_MIN_WIDTH / angle, edge.reach / np.tan(0.5 * angle), _N_RADII)
     if radii[0] >= radii[-1]:
         return None
     known = [_radius(fits[name].surface) for name in edge.rounds]
