@@ -24,7 +24,7 @@ def test_shape_is_good_and_has_the_exact_volume(name, tmp_path):
         assert check.is_good
         assert check.n_solids == sample.n_solids
         assert check.n_faces == len(sample.model.faces)
-        assert check.volume == pytest.approx(sample.volume, rel=2e-7)
+        assert check.volume == pytest.approx(sample.volume, rel=5e-7)
         assert check.vertex_tolerance < 1e-4
     assert built.failures == ()
     assert sorted(built.face_order) == list(range(len(sample.model.faces)))
@@ -54,6 +54,8 @@ def test_paper_model_gains_only_a_seam():
         ("rounded_box", 0, 0),
         ("half_elbow", 0, 0),
         ("stepped_shaft", 3, 0),  # three seams, all on one line down the shaft
+        ("vase", 2, 0),
+        ("half_vase", 0, 0),
         ("notched_cylinder", 2, 1),  # rulings leave all corners, so an arc is cut
         ("conical_hole", 2, 1),  # a seam to the apex, and the apex itself
         ("cone_sector", 1, 0),  # the apex is a corner already; only the edge round it

@@ -8,16 +8,15 @@ from hypothesis import strategies as st
 
 from crispline.brep.arcs import is_inside, trace_loops
 from crispline.brep.build import build_shape
-from crispline.brep.chart import (
-    TURN,
-    BSplineChart,
+from crispline.brep.chart import TURN, BSplineChart, PlaneChart
+from crispline.brep.pcurve import pcurve
+from crispline.brep.revolved import (
     ConeChart,
     CylinderChart,
-    PlaneChart,
+    ProfileChart,
     SphereChart,
     TorusChart,
 )
-from crispline.brep.pcurve import pcurve
 from crispline.brep.seam import choose_seams
 from crispline.brep.sphere import sphere_axis
 from crispline.brep.split import recut, split_curve, split_model
@@ -35,6 +34,7 @@ CHARTS = [
     ConeChart(*FRAME, 4.0, 0.6),
     SphereChart(*FRAME, 4.0),
     TorusChart(*FRAME, 9.0, 4.0, 1.0),
+    ProfileChart(*FRAME, brep_models.vase_profile()),
     BSplineChart(SPLINE),
 ]
 

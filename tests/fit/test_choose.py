@@ -1,13 +1,8 @@
 import numpy as np
 import pytest
 
-from crispline.fit.choose import (
-    KINDS,
-    PRIMITIVE_FITS,
-    choose_surface,
-    explains,
-    refit,
-)
+from crispline.fit.choose import KINDS, PRIMITIVE_FITS, choose_surface, refit
+from crispline.fit.verdict import explains
 from crispline.options import FitOptions
 from crispline.surface import Cylinder
 

@@ -17,6 +17,7 @@ from crispline.brep.build import build_shape
 from crispline.brep.patchwork import build_patchwork
 from crispline.errors import InputError
 from crispline.gauge.accuracy import surface_samples
+from crispline.gauge.carriers import carriers
 from crispline.gauge.distance import deviations
 
 SPACING = 1.0
@@ -48,6 +49,7 @@ SHAPES = {
     "whole sphere": lambda: build_shape(brep_models.whole_sphere().model).shape,
     "spline top": lambda: build_shape(brep_models.spline_top().model).shape,
     "mirrored fillet": lambda: mirrored(build_shape(brep_models.fillet().model).shape),
+    "half vase": lambda: build_shape(brep_models.half_vase().model).shape,
     "open box": lambda: build_shape(brep_models.open_box().model).shape,
     "extrusion": lambda: BRepPrimAPI_MakePrism(profile(), gp_Vec(1, 20, 3)).Shape(),
     "revolution": lambda: BRepPrimAPI_MakeRevol(
@@ -90,7 +92,9 @@ def test_distances_are_exact(name, far):
         assert away < 1e-3 * SPACING
 
 
-@pytest.mark.parametrize("name", ["fillet", "conical hole", "rounded box", "mirrored fillet"])
+@pytest.mark.parametrize(
+    "name", ["fillet", "conical hole", "rounded box", "mirrored fillet", "half vase"]
+)
 def test_points_outside_are_positive(name):
     shape = SHAPES[name]()
     points = around(shape, 200, 2.0)
@@ -103,6 +107,17 @@ def test_points_outside_are_positive(name):
     is_clear = np.abs(found.distance) > 1e-3 * SPACING
     assert 25 < is_outside.sum() < 175
     assert np.array_equal(found.distance[is_clear] > 0.0, is_outside[is_clear])
+
+
+def test_a_turned_spline_is_read_back_as_one():
+    sample = brep_models.half_vase()
+    found = carriers(occt.subshapes(build_shape(sample.model).shape, occt.FACE))
+    kinds = [kind for kind, _ in found.described()]
+    assert sorted(kinds) == ["plane", "plane", "plane", "revolution"]
+    told = found.described()[kinds.index("revolution")][1]
+    piece = brep_models.vase_profile().between(0.0, 15.0).reversed()
+    assert np.allclose(told["knots"], piece.knots)
+    assert np.allclose(told["radii"], piece.control_points[:, 0])
 
 
 def test_the_corner_of_a_box_by_hand():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import quad
@@ -16,12 +17,15 @@ from crispline.surface import (
     Cone,
     Cylinder,
     Plane,
+    Profile,
+    RevolvedSurface,
     Sphere,
     Surface,
     Torus,
     perpendicular_frame,
     unit,
 )
+from crispline.surface.basis import uniform_knots
 
 X, Y, Z = np.eye(3)
 TURN = 2 * np.pi
@@ -377,6 +381,65 @@ def stepped_shaft() -> Sample:
     return Sample(draft.model(), np.pi * (2000 + 10 / 3 * 700 + 8000))
 
 
+def vase_profile() -> Profile:
+    """Radii 4 to 7 over heights -2 to 18, which are the parameter."""
+    knots = uniform_knots(-2.0, 18.0, 4)
+    heights = np.array([knots[i + 1 : i + 4].mean() for i in range(len(knots) - 4)])
+    return Profile(knots, np.column_stack([[5.0, 4, 7, 6, 5, 4, 5], heights]))
+
+
+def _vase_volume(profile: Profile, height: float) -> float:
+    """Of the whole turn between 0 and a height."""
+
+    def section(z: float) -> float:
+        return float(np.pi * profile.derivatives(np.array([z]), 0)[0, 0, 0] ** 2)
+
+    inner = np.unique(profile.knots)
+    breaks = [0.0, *inner[(inner > 0.0) & (inner < height)], height]
+    return sum(quad(section, low, high)[0] for low, high in pairwise(breaks))
+
+
+def vase() -> Sample:
+    """A spline turned about an axis, between two planes and beside a coaxial cylinder."""
+    profile = vase_profile()
+    low, high = profile.derivatives(np.array([0.0, 15.0]), 0)[0, :, 0]
+    draft = Draft()
+    foot = draft.circle((0, 0, 0), Z, low, x_axis=(0, 1, 0))
+    neck = draft.circle((0, 0, 15), Z, high, x_axis=(1, 1, 0))
+    rim = draft.circle((0, 0, 20), Z, high)
+    body = RevolvedSurface(np.zeros(3), Z, profile)
+    draft.face(Plane(np.zeros(3), -Z), 1, [(foot, -1)])
+    draft.face(body, 1, [(foot, 1)], [(neck, -1)])
+    draft.face(Cylinder(np.zeros(3), Z, float(high)), 1, [(neck, 1)], [(rim, -1)])
+    draft.face(Plane(np.array([0, 0, 20.0]), Z), 1, [(rim, 1)])
+    return Sample(draft.model(), _vase_volume(profile, 15.0) + 5.0 * np.pi * high**2)
+
+
+def half_vase() -> Sample:
+    """One half of a turned spline; its profile runs down the axis, so that it faces inwards."""
+    profile = vase_profile()
+    low, high = profile.derivatives(np.array([0.0, 15.0]), 0)[0, :, 0]
+    draft = Draft()
+    a, b = draft.vertex(low, 0, 0), draft.vertex(-low, 0, 0)
+    c, d = draft.vertex(high, 0, 15), draft.vertex(-high, 0, 15)
+    foot, top = draft.arc((0, 0, 0), Z, a, b), draft.arc((0, 0, 15), Z, c, d)
+    piece = profile.between(0.0, 15.0)
+    radius, height = piece.control_points.T
+    sides = [
+        draft.edge(
+            BSplineCurve(piece.knots, np.column_stack([side * radius, 0.0 * radius, height])), *ends
+        )
+        for side, ends in ((1.0, (a, c)), (-1.0, (b, d)))
+    ]
+    below, above = draft.line(b, a), draft.line(d, c)
+    body = RevolvedSurface(np.zeros(3), Z, profile.reversed())
+    draft.face(body, -1, [(foot, 1), (sides[1], 1), (top, -1), (sides[0], -1)])
+    draft.face(Plane(np.zeros(3), -Z), 1, [(foot, -1), (below, -1)])
+    draft.face(Plane(np.array([0, 0, 15.0]), Z), 1, [(top, 1), (above, 1)])
+    draft.face(Plane(np.zeros(3), -Y), 1, [(below, 1), (sides[0], 1), (above, -1), (sides[1], -1)])
+    return Sample(draft.model(), 0.5 * _vase_volume(profile, 15.0))
+
+
 def closed_spline(points) -> BSplineCurve:
     """A clamped cubic through points, smooth where it closes; the last repeats the first."""
     t = np.linspace(0.0, 1.0, len(points))
@@ -646,7 +709,7 @@ SAMPLES = {
         conical_hole, frustum, cone_sector, fillet, sphere_capped_box, sphere_topped_cylinder,
         ball_on_stick, rounded_box, stepped_shaft, slanted_cylinder, notched_cylinder,
         cross_bored_cylinder, perforated_ring, whole_sphere, whole_torus, pipe_elbow,
-        rounded_disc, half_elbow, pierced_torus, spline_top,
+        rounded_disc, half_elbow, pierced_torus, spline_top, vase, half_vase,
     )
 }  # fmt: skip
 
@@ -676,6 +739,8 @@ def shaken(model: Model, amount: float, seed: int) -> Model:
                 surface = Torus(
                     s.centre + moved, unit(s.axis + tilt), s.major_radius, s.minor_radius + grown
                 )
+            case RevolvedSurface():
+                surface = RevolvedSurface(s.origin + moved, unit(s.axis + tilt), s.profile)
             case BSplineSurface():
                 surface = BSplineSurface(s.knots_u, s.knots_v, s.control_points + moved)
         faces.append(replace(face, surface=surface))

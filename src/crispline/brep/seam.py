@@ -16,14 +16,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from crispline.brep.arcs import Arc, is_inside, trace_loops, wrapped
-from crispline.brep.chart import (
-    TURN,
-    BSplineChart,
-    Chart,
+from crispline.brep.chart import TURN, BSplineChart, Chart, PatchChart, PlaneChart
+from crispline.brep.revolved import (
     ConeChart,
     CylinderChart,
-    PatchChart,
-    PlaneChart,
+    ProfileChart,
     RevolutionChart,
     SphereChart,
     TorusChart,
@@ -36,6 +33,7 @@ from crispline.surface import (
     Cone,
     Cylinder,
     Plane,
+    RevolvedSurface,
     Sphere,
     Torus,
     perpendicular_frame,
@@ -121,6 +119,8 @@ def _first_chart(model: Model, face: Face) -> Chart:
             return SphereChart(centre, axis, perpendicular_frame(axis)[0], radius)
         case Torus(centre=centre, axis=axis, major_radius=major, minor_radius=minor):
             return TorusChart(centre, axis, perpendicular_frame(axis)[0], major, minor)
+        case RevolvedSurface(origin=origin, axis=axis, profile=profile):
+            return ProfileChart(origin, axis, perpendicular_frame(axis)[0], profile)
     raise TypeError(f"no chart for a {type(surface).__name__}")
 
 

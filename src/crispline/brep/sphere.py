@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from crispline.brep.arcs import trace_loops
-from crispline.brep.chart import TURN, SphereChart
+from crispline.brep.chart import TURN
+from crispline.brep.revolved import SphereChart
 from crispline.curve import Circle
 from crispline.model import Face, Model
 from crispline.surface import Sphere, perpendicular_frame

@@ -10,6 +10,7 @@ KIND_COLOURS: Mapping[str, str] = {
     "cone": "#e6c27a",
     "sphere": "#d9a0c0",
     "torus": "#b5a3dc",
+    "revolution": "#8ecfcb",
     "bspline": "#f0a884",
     "patch": "#f0a884",
 }

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
 
-from crispline.fit.bspline import fit_bspline_surface
 from crispline.fit.cone import fit_cone
 from crispline.fit.cylinder import fit_cylinder
 from crispline.fit.dominant import dominant_plane, plane_of_most
-from crispline.fit.extrusion import fit_extrusion
+from crispline.fit.freeform import free_form
 from crispline.fit.plane import fit_plane
-from crispline.fit.residual import faces_alike, judge, residual_limit, rms, rms_limit
+from crispline.fit.residual import residual_limit, rms, rms_limit
 from crispline.fit.robust import thinned
 from crispline.fit.sphere import fit_sphere
 from crispline.fit.torus import fit_torus
+from crispline.fit.verdict import Fit, is_pure_noise, tested
 from crispline.options import FitOptions
 from crispline.surface import Plane, Surface, unit
 from crispline.surface.base import Array
 
 KINDS = ("plane", "cylinder", "sphere", "cone", "torus", "bspline")
-"""Every kind of surface, in order of preference where several explain the same points."""
+"""What may be asked for, in order of preference where several explain the same points; a
+B-spline comes out as a surface of revolution where that is enough."""
 MIN_FREE_FORM_POINTS = 25
 
 N_CANDIDATE_POINTS = 500
@@ -66,25 +67,6 @@ PRIMITIVE_FITS: dict[str, PrimitiveFit] = {
 }
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A surface and how well it explains its points.
-
-    Attributes
-    ----------
-    surface : the surface.
-    rms, drift : of the residuals, spacings; see :class:`crispline.fit.residual.ResidualTest`.
-    is_accepted : whether the residuals are what noise explains.
-    n_points : number of points that were fitted and tested.
-    """
-
-    surface: Surface
-    rms: float
-    drift: float
-    is_accepted: bool
-    n_points: int
-
-
 def choose_surface(
     points: Array,
     normals: Array,
@@ -99,8 +81,8 @@ def choose_surface(
     Otherwise the primitive of least robust chi-square plus ``2 k log n`` (a
     description length; ``k`` free parameters) that passes; a plane that passes
     too gives way only where that pays. What none of these leaves as noise is a plane with
-    strips of its neighbours if :func:`crispline.fit.dominant.dominant_plane` says so, else a
-    B-spline, with straight parallel rulings if that is enough.
+    strips of its neighbours if :func:`crispline.fit.dominant.dominant_plane` says so, else
+    what :func:`crispline.fit.freeform.free_form` finds.
 
     Parameters
     ----------
@@ -162,14 +144,9 @@ def choose_surface(
         return main
     if "bspline" in kinds and len(points) >= MIN_FREE_FORM_POINTS:
         distance = None if border_distance is None else border_distance[kept]
-        swept = fit_extrusion(points, normals, sigma, options, border_distance=distance)
-        if swept is not None:
-            straight = tested(swept, points, sigma, options, normals)
-            if straight.is_accepted:
-                return straight
-        free = fit_bspline_surface(points, normals, sigma, options, border_distance=distance)
+        free = free_form(points, normals, sigma, options, distance)
         if free is not None:
-            return tested(free, points, sigma, options, normals)
+            return free
     if not rejected and "plane" in kinds and len(points):
         # Too few points for anything, as on a region that is one patch: their tangent plane.
         normal = normals.mean(axis=0)
@@ -230,44 +207,11 @@ def _hardly_turns(surface: Surface, points: Array) -> bool:
     return bool(np.quantile(directions @ middle, 0.05) > np.cos(_NEARLY_FLAT))
 
 
-def is_pure_noise(size: float, n_points: int, sigma: float) -> bool:
-    """Whether the rms residual is within three standard errors of the noise."""
-    return size**2 < sigma**2 * (1.0 + 3.0 * float(np.sqrt(2.0 / n_points)))
-
-
 def _is_worth(fit: Fit, flat: Fit, sigma: float) -> bool:
     """Whether a curved surface explains enough more than a plane to be preferred."""
     gain = fit.n_points * (flat.rms**2 - fit.rms**2) / sigma**2
     spared = fit.surface.n_parameters - flat.surface.n_parameters
     return gain > max(2.0 * spared * float(np.log(fit.n_points)), _NOISE_SHARE * fit.n_points)
-
-
-def tested(
-    surface: Surface,
-    points: Array,
-    sigma: float,
-    options: FitOptions,
-    normals: Array | None = None,  # noqa: PT028  (not a test)
-) -> Fit:
-    """The surface with the test of its residuals, and normals if given, at points ``(n, 3)``."""
-    feet, surface_normals = surface.project(points)
-    residuals = np.einsum("ij,ij->i", points - feet, surface_normals)
-    result = judge(points, residuals, sigma, options)
-    is_accepted = result.is_accepted and (normals is None or faces_alike(normals, surface_normals))
-    return Fit(surface, result.rms, result.drift, is_accepted, len(points))
-
-
-def explains(
-    surface: Surface, points: Array, normals: Array, sigma: float, options: FitOptions
-) -> bool:
-    """Whether the surface leaves nothing but noise at the points and faces as they do.
-
-    The same test that :func:`choose_surface` accepts a fit by, for points
-    ``(n, 3)`` that need not have been fitted.
-    """
-    sigma = max(sigma, options.sigma_floor)
-    kept = thinned(len(points), options.max_points)
-    return tested(surface, points[kept], sigma, options, normals[kept]).is_accepted
 
 
 def _ranked_candidates(

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
-from crispline.fit import cone, cylinder, plane, sphere, torus
+from crispline.fit import cone, cylinder, plane, rigid, sphere, torus
 from crispline.fit.robust import DistanceModel, tukey_weights
 from crispline.surface import Cone, Cylinder, Sphere, Surface, Torus
 from crispline.surface.base import Array
@@ -42,6 +42,7 @@ MODELS: Mapping[str, DistanceModel[Any]] = {
     "sphere": sphere.MODEL,
     "cone": cone.MODEL,
     "torus": torus.MODEL,
+    "revolution": rigid.MODEL,
 }
 
 System = tuple[Array, Array]

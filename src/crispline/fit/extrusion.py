@@ -11,28 +11,23 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from crispline.fit.bspline import (
-    DOMAIN_MARGIN,
     N_SPANS,
     PARAMETER_CORRECTIONS,
     STALLED,
     PassThrough,
     core_points,
-    is_height_field,
     structure,
 )
 from crispline.fit.frame import frame_about, tilted
+from crispline.fit.profile import basis_rows, bending_rows, profile_knots, start_parameters
 from crispline.fit.residual import residual_limit
 from crispline.fit.robust import robust_scale, tukey_weights
-from crispline.fit.spline_system import SMOOTHING_LENGTH
 from crispline.options import FitOptions
-from crispline.surface import ExtrudedSurface
-from crispline.surface.base import Array, unit
-from crispline.surface.basis import DEGREE, basis_functions, uniform_knots
+from crispline.surface import ExtrudedSurface, Profile
+from crispline.surface.base import Array
+from crispline.surface.basis import DEGREE
 
 MIN_TURN = np.radians(10.0)
 """Normals that turn less about the rulings leave their direction open."""
@@ -41,45 +36,6 @@ _MIN_RATIO = 3.0  # of the spread of the normals round the rulings to that along
 _PASS_WEIGHT = 100.0
 _HEIGHT_MARGIN = 0.5  # straight rulings may go on far beyond the points, in their extent
 _RIM_SLACK = 0.1
-_REACH = 1.7  # of neighbours along a profile, in its steps
-_STEP = 1.0  # spacings
-
-
-@dataclass(frozen=True)
-class _Profile:
-    """A plane cubic B-spline curve.
-
-    Attributes
-    ----------
-    knots : clamped, shape ``(m + 4,)``.
-    control_points : shape ``(m, 2)``.
-    """
-
-    knots: Array
-    control_points: Array
-
-    def derivatives(self, t: Array) -> Array:
-        """Points, first and second derivatives, shape ``(3, n, 2)``."""
-        first, values = basis_functions(self.knots, t, 2)
-        local = self.control_points[first[:, None] + np.arange(DEGREE + 1)]
-        return np.asarray(np.einsum("dnk,nkx->dnx", values, local))
-
-    def distances(self, flat: Array, t: Array) -> Array:
-        """Signed distances of points ``(n, 2)`` at parameters ``(n,)``."""
-        points, along, _ = self.derivatives(t)
-        normals = unit(np.column_stack([-along[:, 1], along[:, 0]]))
-        return np.asarray(np.einsum("ij,ij->i", flat - points, normals))
-
-    def corrected(self, flat: Array, t: Array) -> Array:
-        """The parameters after a Newton step towards the feet of points ``(n, 2)``."""
-        points, along, bend = self.derivatives(t)
-        offset = flat - points
-        speed = np.einsum("ij,ij->i", along, along)
-        slope = speed - np.einsum("ij,ij->i", offset, bend)
-        slope = np.where(slope > 0.1 * speed, slope, np.maximum(speed, 1e-12))
-        span = self.knots[DEGREE + 1] - self.knots[DEGREE]
-        step = np.clip(np.einsum("ij,ij->i", offset, along) / slope, -span, span)
-        return np.asarray(np.clip(t + step, self.knots[0], self.knots[-1]))
 
 
 @dataclass(frozen=True)
@@ -87,7 +43,7 @@ class _Fit:
     """A profile, the direction that sweeps it, and the parameters of the points."""
 
     frame: Array
-    profile: _Profile
+    profile: Profile
     t: Array
     residuals: Array
 
@@ -124,7 +80,7 @@ def fit_extrusion(
     middle = points.mean(axis=0)
     local = everything - middle
     frame = frame_about(direction)
-    start = _parameters(local @ frame[:2].T, normals @ frame[:2].T)
+    start = start_parameters(local @ frame[:2].T, normals @ frame[:2].T)
     if start is None:
         return None
     n = len(points)
@@ -155,39 +111,6 @@ def _ruling(normals: Array) -> Array | None:
     return np.asarray(axes[:, 0]) if is_told else None
 
 
-def _parameters(flat: Array, normals: Array) -> Array | None:
-    """Start values along the profile of points ``(n, 2)``, whose normals may be fewer.
-
-    None for a closed profile, and for one in pieces.
-    """
-    if is_height_field(normals):
-        middle = unit(normals.mean(axis=0))
-        return np.asarray(flat @ np.array([middle[1], -middle[0]]))
-    cell = np.unique(np.floor(flat / _STEP).astype(np.int64), axis=0, return_inverse=True)[1]
-    cell = cell.ravel()
-    size = np.bincount(cell)
-    nodes = np.column_stack([np.bincount(cell, weights=x) / size for x in flat.T])
-    pairs = cKDTree(nodes).query_pairs(_REACH * _STEP, output_type="ndarray")
-    if len(nodes) < 2 or not len(pairs):
-        return None
-    length = np.linalg.norm(nodes[pairs[:, 0]] - nodes[pairs[:, 1]], axis=1)
-    near = csr_array((length, (pairs[:, 0], pairs[:, 1])), shape=(len(nodes), len(nodes)))
-    end = int(np.argmax(_ways(near, 0)))
-    along = _ways(near, end)
-    if not np.isfinite(along).all():
-        return None
-    last = _ways(near, int(np.argmax(along)))
-    # On an open profile the ways to both ends add up to its length everywhere.
-    if np.max(along + last) > 1.5 * along.max():
-        return None
-    return np.asarray(along[cell])
-
-
-def _ways(near: csr_array, start: int) -> Array:
-    """Lengths of the shortest ways from a node."""
-    return np.asarray(dijkstra(near, directed=False, indices=np.array([start]))).ravel()
-
-
 def _fitted(
     local: Array,
     n_free: int,
@@ -213,11 +136,11 @@ def _fitted(
     weights[n_free:] = _PASS_WEIGHT
     robust = np.ones(n_free)
     for _ in range(PARAMETER_CORRECTIONS + 1):
-        knots = _knots(t[used], n_spans)
+        knots = profile_knots(t[used], n_spans)
         roots = weights * np.concatenate([np.sqrt(robust), np.ones(len(local) - n_free)])
         control_points, tilt = _solved(knots, t, local @ frame.T, roots)
         turned = frame_about(tilted(frame, *tilt.tolist()))
-        profile = _Profile(knots, control_points @ frame[:2] @ turned[:2].T)
+        profile = Profile(knots, control_points @ frame[:2] @ turned[:2].T)
         frame = turned
         flat = local @ frame[:2].T
         t = profile.corrected(flat, t)
@@ -227,39 +150,17 @@ def _fitted(
     return _Fit(frame, profile, t, residuals)
 
 
-def _knots(t: Array, n_spans: int) -> Array:
-    low, high = float(t.min()), float(t.max())
-    margin = DOMAIN_MARGIN * max(high - low, 1e-9)
-    return uniform_knots(low - margin, high + margin, n_spans)
-
-
 def _solved(knots: Array, t: Array, local: Array, roots: Array) -> tuple[Array, Array]:
     """Control points ``(m, 2)`` and tilt ``(2,)`` of least weighted squares and bending.
 
     ``local`` are coordinates across and along the direction, ``roots`` those of the weights.
     """
-    n_controls = len(knots) - DEGREE - 1
-    rows = np.column_stack([_rows(knots, t, 0), local[:, 2]]) * roots[:, None]
-    span = knots[DEGREE + 1] - knots[DEGREE]
-    density = np.square(roots).sum() / (knots[-1] - knots[0])
-    nodes, gauss = np.polynomial.legendre.leggauss(DEGREE)
-    starts = knots[DEGREE : -DEGREE - 1]
-    places = (starts[:, None] + 0.5 * span * (1.0 + nodes)).ravel()
-    energy = 0.5 * span * np.tile(gauss, len(starts)) * density * (SMOOTHING_LENGTH * span) ** 4
-    bending = np.zeros((len(places), n_controls + 1))
-    bending[:, :-1] = _rows(knots, places, 2) * np.sqrt(energy)[:, None]
+    rows = np.column_stack([basis_rows(knots, t, 0), local[:, 2]]) * roots[:, None]
+    bending = np.pad(bending_rows(knots, float(np.square(roots).sum())), ((0, 0), (0, 1)))
     system = np.concatenate([rows, bending])
-    right = np.concatenate([local[:, :2] * roots[:, None], np.zeros((len(places), 2))])
+    right = np.concatenate([local[:, :2] * roots[:, None], np.zeros((len(bending), 2))])
     solution = np.linalg.lstsq(system, right, rcond=None)[0]
     return solution[:-1], solution[-1]
-
-
-def _rows(knots: Array, t: Array, order: int) -> Array:
-    """Values or derivatives of all basis functions, shape ``(n, m)``."""
-    first, values = basis_functions(knots, t, order)
-    rows = np.zeros((len(t), len(knots) - DEGREE - 1))
-    np.put_along_axis(rows, first[:, None] + np.arange(DEGREE + 1), values[order], axis=1)
-    return rows
 
 
 def _surface(found: _Fit, middle: Array, local: Array, normals: Array) -> ExtrudedSurface:

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from crispline.fit.constrained import Adjustment, Pair, differences
-from crispline.surface import Cone, Cylinder, Plane, Sphere, Surface, Torus
+from crispline.surface import Cone, Cylinder, Plane, RevolvedSurface, Sphere, Surface, Torus
 from crispline.surface.base import Array
 
 MAX_ANGLE = np.radians(2.5)
@@ -172,7 +172,7 @@ def _axis(surface: Surface) -> tuple[Array, Array]:
     match surface:
         case Plane():
             return surface.origin, surface.normal
-        case Cylinder():
+        case Cylinder() | RevolvedSurface():
             return surface.origin, surface.axis
         case Cone():
             return surface.apex, surface.axis

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepTools import BRepTools
 from OCP.Geom import (
+    Geom_BSplineCurve,
     Geom_ConicalSurface,
     Geom_CylindricalSurface,
     Geom_Plane,
     Geom_RectangularTrimmedSurface,
     Geom_SphericalSurface,
+    Geom_SurfaceOfRevolution,
     Geom_ToroidalSurface,
 )
 from OCP.GeomConvert import GeomConvert
@@ -25,10 +27,23 @@ from crispline.errors import InputError
 from crispline.occt.surfaces import surface_from_occt
 from crispline.spline.atlas import Atlas, build_atlas
 from crispline.spline.tensor import TensorSpline
-from crispline.surface import Cone, Cylinder, Plane, Sphere, Surface, Torus
+from crispline.surface import (
+    Cone,
+    Cylinder,
+    Plane,
+    Profile,
+    RevolvedSurface,
+    Sphere,
+    Surface,
+    Torus,
+)
 from crispline.surface.base import Array, unit
+from crispline.surface.basis import DEGREE
 
 Index = NDArray[np.int64]
+
+_PLANAR = 1e-7
+"""A meridian that leaves its plane by less than this share of its size is a plane curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +52,8 @@ class Carriers:
 
     Attributes
     ----------
-    elementary : planes, cylinders, cones, spheres and tori, by the index of the face.
+    elementary : planes, cylinders, cones, spheres, tori and cubic B-splines turned about an
+        axis, by the index of the face.
     atlases : all other surfaces as splines, one atlas for each pair of degrees.
     atlas : which of ``atlases`` holds a face's surface; -1 for none, shape ``(n_faces,)``.
     place : and at which place in it, shape ``(n_faces,)``.
@@ -140,7 +156,34 @@ def _elementary(face: Any) -> Surface | None:
                 surface.MajorRadius(),
                 surface.MinorRadius(),
             )
+        case Geom_SurfaceOfRevolution():
+            return _revolved(surface, BRepTools.UVBounds_s(face)[2:])
     return None
+
+
+def _revolved(surface: Any, within: tuple[float, float]) -> RevolvedSurface | None:
+    """A surface whose meridian is a plain cubic B-spline to one side of its axis; else None.
+
+    Only the piece that the face needs: the whole may have a nearer point beyond the face.
+    """
+    curve = occt.untrimmed(surface.BasisCurve())
+    if not isinstance(curve, Geom_BSplineCurve) or curve.Degree() != DEGREE:
+        return None
+    if curve.IsRational() or curve.IsPeriodic():
+        return None
+    line = surface.Axis()
+    origin, axis = _vector(line.Location()), _vector(line.Direction())
+    offset = np.array([_vector(curve.Pole(i + 1)) for i in range(curve.NbPoles())]) - origin
+    heights = offset @ axis
+    radial = offset - np.outer(heights, axis)
+    radii = np.linalg.norm(radial, axis=1)
+    outward = unit(radial.sum(axis=0))
+    if np.abs(radial - np.outer(radii, outward)).max() > _PLANAR * np.abs(offset).max():
+        return None
+    knots = [[curve.Knot(i + 1)] * curve.Multiplicity(i + 1) for i in range(curve.NbKnots())]
+    profile = Profile(np.concatenate(knots), np.column_stack([radii, heights]))
+    low, high = np.clip(within, *profile.interval).tolist()
+    return RevolvedSurface(origin, axis, profile.between(low, high) if low < high else profile)
 
 
 def _vector(position: Any) -> Array:

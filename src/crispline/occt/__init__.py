@@ -30,7 +30,7 @@ from OCP.Geom import (
     Geom_TrimmedCurve,
 )
 from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line
-from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d, gp_Trsf
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d, gp_Trsf
 from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp
@@ -80,6 +80,11 @@ def direction(vector: Array) -> Any:
 def frame(origin: Array, axis: Array, x_axis: Array) -> Any:
     """``gp_Ax3``: right-handed frame with ``axis`` as its z axis."""
     return gp_Ax3(point(origin), direction(axis), direction(x_axis))
+
+
+def axis(origin: Array, heading: Array) -> Any:
+    """``gp_Ax1``: the line through ``origin`` along a unit vector, both shape ``(3,)``."""
+    return gp_Ax1(point(origin), direction(heading))
 
 
 def curve_to_occt(curve: Curve) -> Any:

@@ -14,7 +14,7 @@ from crispline.options import RegionOptions
 from crispline.region.grow import Ground
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.surface import unit
+from crispline.surface import FREE_FORMS, unit
 from crispline.surface.base import Array
 
 _RICHER = {"plane": "cylinder", "cylinder": "torus", "cone": "torus", "sphere": "torus"}
@@ -53,7 +53,7 @@ def completed(
     """
     label, found = label.copy(), dict(fits)
     names, sizes = np.unique(label, return_counts=True)
-    free_forms = [region for region, fit in fits.items() if fit.surface.kind == "bspline"]
+    free_forms = [region for region, fit in fits.items() if fit.surface.kind in FREE_FORMS]
     for region in names[sizes <= options.max_pruned_patches].tolist():
         fit = fits.get(region)
         if fit is None or fit.surface.kind not in _RICHER:

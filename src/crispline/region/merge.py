@@ -7,17 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from crispline.fit.bspline import fit_bspline_surface
-from crispline.fit.choose import explains, is_pure_noise
 from crispline.fit.dominant import dominant_plane, dominates
 from crispline.fit.jointly import fit_jointly
 from crispline.fit.residual import rms
 from crispline.fit.robust import thinned
 from crispline.fit.starts import extent
+from crispline.fit.verdict import explains, is_pure_noise
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.fitting import LabelledCloud
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.surface import BSplineSurface, Cylinder, Surface
+from crispline.surface import FREE_FORMS, BSplineSurface, Cylinder, Surface
 from crispline.surface.base import Array
 
 Pair = tuple[int, int]
@@ -220,7 +220,7 @@ def _is_shallow(fit: RegionFit, options: FitOptions) -> bool:
     A few degrees of a cylinder or torus of a huge radius are what pieces of a
     free-form face look like; a plane is a plane.
     """
-    if fit.surface.kind in ("plane", "bspline") or not len(fit.points):
+    if fit.surface.kind in ("plane", *FREE_FORMS) or not len(fit.points):
         return False
     normals = fit.surface.project(fit.points)[1]
     middle = normals.mean(axis=0)

@@ -15,7 +15,6 @@ from crispline.region.cleanup import tidy
 from crispline.region.complete import completed
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
-from crispline.region.extrude import with_extrusions
 from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
 from crispline.region.narrow.restore import restored
@@ -25,6 +24,8 @@ from crispline.region.regionfit import RegionFit
 from crispline.region.resolve import resolved
 from crispline.region.split import split_into_surfaces
 from crispline.region.swallowed import release_swallowed
+from crispline.region.sweep import with_sweeps
+from crispline.surface import FREE_FORMS
 from crispline.surface.base import Array
 
 _MERGE_ROUNDS = 8
@@ -134,7 +135,7 @@ def segment(
             label = new
             return fitted(fit_options)[1]
 
-        one, swept = with_extrusions(label, fits, labelled, graph, options, fit_options)
+        one, swept = with_sweeps(label, fits, labelled, graph, options, fit_options)
         if swept:
             known = {region: (fit, 0) for region, fit in {**fits, **swept}.items()}
             one = expand_regions(one, {**fits, **swept}, evidence, options)
@@ -158,8 +159,8 @@ def explained_share(label: Labels, fits: Mapping[int, RegionFit]) -> float:
 
 def _is_spoilt(fit: RegionFit, before: RegionFit | None) -> bool:
     """Whether a region was a primitive until its borders moved."""
-    was_primitive = before is not None and before.surface.kind != "bspline"
-    return was_primitive and fit.surface.kind == "bspline"
+    was_primitive = before is not None and before.surface.kind not in FREE_FORMS
+    return was_primitive and fit.surface.kind in FREE_FORMS
 
 
 def _unexplained(label: Labels, fits: Mapping[int, RegionFit]) -> list[int]:
@@ -168,5 +169,5 @@ def _unexplained(label: Labels, fits: Mapping[int, RegionFit]) -> list[int]:
         region
         for region in np.unique(label).tolist()
         if region not in fits
-        or not (fits[region].is_accepted or fits[region].surface.kind == "bspline")
+        or not (fits[region].is_accepted or fits[region].surface.kind in FREE_FORMS)
     ]

@@ -6,7 +6,7 @@ import numpy as np
 
 from crispline.exchange.palette import KIND_COLOURS as OF_KIND
 
-KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "bspline", "other")
+KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "revolution", "bspline", "other")
 """Kinds of faces in the order of the legend."""
 KIND_COLOURS = tuple(OF_KIND.get(kind, "#b4bcc3") for kind in KINDS)
 """Of the faces, in the order of :data:`KINDS`; the same as in the files."""

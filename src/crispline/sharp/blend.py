@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from crispline.fit.bspline import PassThrough, fit_bspline_surface
-from crispline.fit.choose import explains
 from crispline.fit.extrusion import fit_extrusion
 from crispline.fit.residual import residual_limit
+from crispline.fit.verdict import explains
 from crispline.options import FitOptions, LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Topology

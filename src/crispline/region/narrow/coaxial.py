@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from crispline.fit.choose import is_pure_noise
 from crispline.fit.residual import rms
 from crispline.fit.swept import Line, Revolution, fit_line
+from crispline.fit.verdict import is_pure_noise
 from crispline.options import RegionOptions
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels, PatchGraph

@@ -13,10 +13,10 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.fit.choose import is_pure_noise
 from crispline.fit.frame import frame_about
 from crispline.fit.residual import rms
 from crispline.fit.swept import Translation, fit_line
+from crispline.fit.verdict import is_pure_noise
 from crispline.net.graph import components
 from crispline.options import RegionOptions
 from crispline.region.claim import Claim
