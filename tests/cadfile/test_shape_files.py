@@ -41,7 +41,7 @@ def test_five_in_a_unit_is_read_as_that_many_millimetres(tmp_path, suffix, unit)
 
 
 @pytest.mark.parametrize("suffix", SHAPE_SUFFIXES)
-@pytest.mark.parametrize("name", ["box_cylinder", "spline_top"])
+@pytest.mark.parametrize("name", ["box_cylinder", "spline_top", "vase"])
 def test_a_solid_comes_back_the_same_from_the_same_bytes(tmp_path, suffix, name):
     sample = brep_models.SAMPLES[name]()
     path = tmp_path / f"part{suffix}"

@@ -41,6 +41,10 @@ UNMESHED = "it cannot be triangulated"
 _DEFLECTIONS = (0.01, 0.002)
 """Distances between a face and its triangles that are tried, in spacings: faces with a crossed
 border have been seen to mesh at 0.05 and vanish at 0.02, or to mesh at 0.01 and vanish at 0.005."""
+_COARSE = 0.05
+"""Tried in place of the second for faces that have more triangles at the first than ..."""
+_MANY = 15_000
+"""... this: OCCT takes a minute and a gigabyte to mesh a face of five times as many."""
 _SAME_AREA = 0.05
 """A face whose area changes by more than this share from one mesh to the other is not filled."""
 
@@ -145,8 +149,11 @@ def check_shape(
 
     distances, n_uncovered = np.zeros(len(faces)), 0
     # A fine mesh of a face with crossed borders takes minutes, and tells nothing new.
-    deflections = _DEFLECTIONS if is_valid else _DEFLECTIONS[:1]
-    meshes = [tessellate(shape, deflection * spacing) for deflection in deflections]
+    first, second = _DEFLECTIONS
+    meshes = [tessellate(shape, first * spacing)]
+    if is_valid:
+        is_heavy = np.bincount(meshes[0].faces, minlength=1).max() > _MANY
+        meshes.append(tessellate(shape, (_COARSE if is_heavy else second) * spacing))
     vanishing = np.flatnonzero(_vanishes(meshes, len(faces)))
     bad += [BadFace(int(i), UNMESHED) for i in vanishing]
     mesh = meshes[0]
