@@ -34,7 +34,7 @@ def _error(surface, points):
     return float(np.sqrt(np.mean(surface.signed_distance(points) ** 2)))
 
 
-@pytest.mark.parametrize(("turn", "degrees"), [(2.0 * np.pi, 0.1), (1.5, 0.3), (0.8, 2.0)])
+@pytest.mark.parametrize(("turn", "degrees"), [(2.0 * np.pi, 0.1), (3.1, 0.1), (2.2, 0.3)])
 def test_a_spindle_is_recovered_also_from_a_part_of_it(turn, degrees):
     points, noisy, normals = _vase(turn)
     found = fit_revolution(noisy, normals, SIGMA, OPTIONS)
@@ -88,6 +88,11 @@ def test_what_leaves_the_axis_open_or_has_none_is_refused():
         ]
     )
     assert fit_revolution(egg, unit(slope), 0.1, OPTIONS) is None
+
+
+def test_a_piece_that_goes_round_too_little_is_left_to_free_forms():
+    _, noisy, normals = _vase(1.5)
+    assert fit_revolution(noisy, normals, SIGMA, OPTIONS) is None
 
 
 def test_a_profile_that_comes_to_the_axis_is_refused():

@@ -4,6 +4,7 @@ import numpy as np
 
 from crispline.fit.choose import choose_surface
 from crispline.options import FitOptions, RegionOptions
+from crispline.region import sweep
 from crispline.region.fitting import LabelledCloud, fitted_region
 from crispline.region.patches import PatchGraph
 from crispline.region.sweep import with_sweeps
@@ -14,7 +15,8 @@ WIDTH = 24.0
 
 
 def ribbon(curvature, length, cut, radius=None, seed=0):
-    """A plane curve swept over ``WIDTH``, labelled 0 before ``cut`` and 1 behind it.
+    """A plane curve swept over ``WIDTH``, labelled 0 before ``cut`` and 1 behind it;
+    and so on for several cuts.
 
     ``curvature`` maps lengths along the curve to its curvature there, 1 / spacing. With a
     ``radius`` the curve is turned about an axis that far from its start instead.
@@ -51,8 +53,10 @@ def ribbon(curvature, length, cut, radius=None, seed=0):
     points, normals = at(raw, rng.uniform(0.0, width, n))
     points += SIGMA * rng.normal(size=(n, 1)) * normals
     noise = np.full(n, SIGMA)
-    cloud = LabelledCloud(points, normals, (raw > cut).astype(int), np.abs(raw - cut), noise)
-    return graph, (t > cut).astype(np.int64), cloud
+    cuts = np.atleast_1d(cut)
+    clearance = np.abs(raw[:, None] - cuts).min(axis=1)
+    cloud = LabelledCloud(points, normals, np.digitize(raw, cuts), clearance, noise)
+    return graph, np.digitize(t, cuts), cloud
 
 
 def joined(scene, kinds=("cylinder", "cylinder")):
@@ -121,3 +125,18 @@ def test_a_taper_and_its_round_stay_cone_and_torus():
     label, found = joined(scene, ("cone", "torus"))
     assert np.unique(label).tolist() == [0, 1]
     assert found == {}
+
+
+def test_rings_that_leave_little_each_are_joined_all_together(monkeypatch):
+    scene = ribbon(
+        lambda t: 0.05 * np.cos(2.0 * np.pi * t / 40.0),
+        40.0,
+        np.array([8.0, 16.0, 24.0, 32.0]),
+        radius=12.0,
+    )
+    kinds = ("torus", "cone", "sphere", "cone", "torus")
+    label, found = joined(scene, kinds)
+    assert np.unique(label).tolist() == [0]
+    assert isinstance(found[0].surface, RevolvedSurface)
+    monkeypatch.setattr(sweep._Search, "join_groups", lambda _: None)
+    assert joined(scene, kinds)[1] == {}

@@ -29,8 +29,8 @@ from crispline.surface import Profile, RevolvedSurface
 from crispline.surface.base import Array, unit
 from crispline.surface.basis import DEGREE
 
-MIN_TURN = np.radians(30.0)
-"""Points that go round less of the axis leave it open."""
+MIN_TURN = np.radians(120.0)
+"""Points that go round less of the axis may be a piece of any free form."""
 MAX_RADIUS = 3.0
 """In extents of the data; a larger radius belongs to a surface of extrusion."""
 MIN_RADIUS = 2.0
