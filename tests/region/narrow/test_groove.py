@@ -113,3 +113,16 @@ def test_a_cone_that_stands_aside_is_not_about_the_axis():
     aside = Revolution(np.array([1.5, 0.0, 0.0]), UP)
     surface = Cone(np.array([0.0, 0.0, -30.0]), UP, np.pi / 4.0)
     assert straight_profile(part.fits({1: surface}, part.face)[1], aside) is None
+
+
+def test_a_piece_that_hangs_together_with_nothing_is_no_groove():
+    corners = [(16.0, 12.0), (16.0, 1.0), (14.0, 1.0), (14.0, -1.0), (16.0, -1.0), (16.0, -12.0)]
+    part = spread(corners)
+    label = np.where((part.face > 0) & (part.face < 4), 1, 0)
+    graph = part.evidence.graph
+    within = label[graph.pairs[:, 0]] == label[graph.pairs[:, 1]]
+    evidence = replace(part.evidence, graph=replace(graph, pairs=graph.pairs[within]))
+    surfaces = {0: Cylinder(0.0 * UP, UP, RADIUS), 1: Torus(0.0 * UP, UP, 15.2, 1.2)}
+    new, found = grooved(replace(part, evidence=evidence), label, surfaces)
+    assert found == {}
+    np.testing.assert_array_equal(new, label)

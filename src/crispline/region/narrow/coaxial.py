@@ -76,7 +76,8 @@ def coaxial_sites(
             order = np.argsort(-sides[own], kind="stable")
             names = [name for name in beside[order].tolist() if name in about][:2]
             lengths = [int(sides[own][beside == name].sum()) for name in names]
-            if sum(lengths) < _BESIDE * int(sides[own].sum()):
+            # A piece of surface that hangs together with nothing has no border at all.
+            if not names or sum(lengths) < _BESIDE * int(sides[own].sum()):
                 continue
             if len(names) == 1 or lengths[1] < _ONE_SIDED * lengths[0]:
                 names = [names[0], names[0]]
