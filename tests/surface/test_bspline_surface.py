@@ -112,3 +112,11 @@ def test_the_summary_counts_control_points(surface):
         "n_control_points_v": 13,
     }
     assert surface.n_parameters == 3 * 23 * 13
+
+
+def test_points_and_normals_come_together(surface):
+    u, v = inside(50, 7)
+    points, normals = surface.evaluate_with_normals(u, v)
+    across = np.cross(surface.evaluate(u, v, 1, 0), surface.evaluate(u, v, 0, 1))
+    np.testing.assert_array_equal(points, surface.evaluate(u, v))
+    np.testing.assert_allclose(normals, unit(across), atol=1e-14)

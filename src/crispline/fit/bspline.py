@@ -285,6 +285,5 @@ def _fit_on_knots(
 
 def _residuals(surface: BSplineSurface, data: _Data) -> Array:
     """Signed distances ``(n,)`` at the current parameters."""
-    u, v = data.u, data.v
-    normals = unit(np.cross(surface.evaluate(u, v, 1, 0), surface.evaluate(u, v, 0, 1)))
-    return np.asarray(np.einsum("ij,ij->i", data.points - surface.evaluate(u, v), normals))
+    feet, normals = surface.evaluate_with_normals(data.u, data.v)
+    return np.asarray(np.einsum("ij,ij->i", data.points - feet, normals))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,10 @@ class SpanPolynomials:
     @classmethod
     def of(cls, knots: Array) -> SpanPolynomials:
         """The polynomials from the derivatives at the first knot of every span."""
+        return _span_polynomials(np.asarray(knots, dtype=np.float64).tobytes())
+
+    @classmethod
+    def _of(cls, knots: Array) -> SpanPolynomials:
         starts = np.asarray(knots[DEGREE : -DEGREE - 1], dtype=np.float64)
         is_span = np.diff(knots[DEGREE:-DEGREE]) > 0.0
         coefficients = np.zeros((len(starts), DEGREE + 1, DEGREE + 1))
@@ -99,6 +104,12 @@ class SpanPolynomials:
             values[order] = total
             c = [power * factors for power, factors in enumerate(c)][1:]
         return first, values
+
+
+@lru_cache(maxsize=16)
+def _span_polynomials(knots: bytes) -> SpanPolynomials:
+    """A fit makes one surface after the other over the same knots."""
+    return SpanPolynomials._of(np.frombuffer(knots))
 
 
 def _raised(

@@ -16,6 +16,9 @@ from crispline.surface.basis import DEGREE, SpanPolynomials
 _MAX_STEPS = 40
 _CONVERGED = 1e-12
 _SAMPLES_PER_SPAN = 3
+_POINT = ((0, 0),)
+_TANGENTS = ((0, 0), (1, 0), (0, 1))
+_BENDS = (*_TANGENTS, (2, 0), (1, 1), (0, 2))
 
 
 @dataclass(frozen=True)
@@ -48,8 +51,12 @@ class BSplineSurface(Surface):
     def project(self, points: Array) -> tuple[Array, Array]:
         """Nearest points; where the true foot is beyond the domain, the nearest border point."""
         u, v = self.parameters_of(points)
-        feet, along_u, along_v = self._derivatives(u, v, ((0, 0), (1, 0), (0, 1)))
-        return feet, unit(np.cross(along_u, along_v))
+        return self.evaluate_with_normals(u, v)
+
+    def evaluate_with_normals(self, u: Array, v: Array) -> tuple[Array, Array]:
+        """Points and unit normals at parameters ``u``, ``v`` of shape ``(n,)``: ``(n, 3)`` each."""
+        points, along_u, along_v = self._derivatives(u, v, _TANGENTS)
+        return points, unit(np.cross(along_u, along_v))
 
     def parameters_of(self, points: Array) -> tuple[Array, Array]:
         """Parameters of the nearest points, each of shape ``(n,)``, inside the domain."""
@@ -81,9 +88,9 @@ class BSplineSurface(Surface):
         step = np.zeros_like(uv)
         active = np.arange(len(uv))
         for count in range(n_steps + 1):
-            surface = self._derivatives(
-                uv[active, 0], uv[active, 1], ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-            )
+            # The last step is only judged: that takes no derivative.
+            wanted = _POINT if count == n_steps else _BENDS
+            surface = self._derivatives(uv[active, 0], uv[active, 1], wanted)
             offset = points[active] - surface[0]
             distance = np.einsum("ij,ij->i", offset, offset)
             # Slack for rounding: at the foot a distance resolves only half the digits.
