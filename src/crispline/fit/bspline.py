@@ -96,6 +96,7 @@ class _Trial:
     drift: float
     n_spans: int
     knots: tuple[Array, Array]
+    surface: BSplineSurface
     data: _Data
 
 
@@ -146,16 +147,16 @@ def fit_bspline_surface(
     data = _parametrised(points, normals, constraints)
     core = core_points(border_distance, len(points))
     sizes = (0.0, np.inf) if within is None else (within[0] / 3.0, within[1] / 3.0)
-    surface, data, n_spans, passes = _coarsest(_using(data, core), sigma, options, N_SPANS, sizes)
+    best, passes = _coarsest(_using(data, core), sigma, options, N_SPANS, sizes)
     if core.all() or border_distance is None or (within is not None and not passes):
-        return surface
+        return _polished(best, sigma)
     for distance in _RIM_DISTANCES:
         limit = residual_limit(sigma, options) + _RIM_SLACK
-        agrees = np.abs(_residuals(surface, data)[: data.n_free]) < limit
-        used = data.is_used[: data.n_free] | ((border_distance >= distance) & agrees)
-        finer = tuple(n for n in N_SPANS if n >= n_spans)
-        surface, data, n_spans, _ = _coarsest(_using(data, used), sigma, options, finer, sizes)
-    return surface
+        agrees = np.abs(_residuals(best.surface, best.data)[: data.n_free]) < limit
+        used = best.data.is_used[: data.n_free] | ((border_distance >= distance) & agrees)
+        finer = tuple(n for n in N_SPANS if n >= best.n_spans)
+        best, _ = _coarsest(_using(best.data, used), sigma, options, finer, sizes)
+    return _polished(best, sigma)
 
 
 def structure(points: Array, residuals: Array, sigma: float, options: FitOptions) -> Structure:
@@ -207,28 +208,29 @@ def _coarsest(
     options: FitOptions,
     n_spans: tuple[int, ...],
     sizes: tuple[float, float],
-) -> tuple[BSplineSurface, _Data, int, bool]:
+) -> tuple[_Trial, bool]:
     """Refine until the residuals are noise, or the drift no longer falls.
 
-    Returns surface, data with its parameters, spans, and whether the residuals are noise.
+    Returns the trial of least drift, and whether its residuals are noise.
     """
     free = data.is_used[: data.n_free]
     points = data.points[: data.n_free][free]
     trials: list[_Trial] = []
-    passes = False
     for n, knots in _knot_choices(data, n_spans, sizes):
         surface, data = _fit_on_knots(data, knots, sigma, _TRIAL_CORRECTIONS)
         left = structure(points, _residuals(surface, data)[: data.n_free][free], sigma, options)
-        trials.append(_Trial(left.drift, n, knots, data))
-        passes = left.is_noise
-        if passes:
-            chosen = trials[-1]
+        trials.append(_Trial(left.drift, n, knots, surface, data))
+        if left.is_noise:
+            return trials[-1], True
+        best = min(trials, key=lambda trial: trial.drift)
+        if len(trials) - trials.index(best) > STALLED:
             break
-        chosen = min(trials, key=lambda trial: trial.drift)
-        if len(trials) - trials.index(chosen) > STALLED:
-            break
-    surface, data = _fit_on_knots(chosen.data, chosen.knots, sigma, PARAMETER_CORRECTIONS)
-    return surface, data, chosen.n_spans, passes
+    return best, False
+
+
+def _polished(trial: _Trial, sigma: float) -> BSplineSurface:
+    """The surface of a trial with its parameters corrected to the end."""
+    return _fit_on_knots(trial.data, trial.knots, sigma, PARAMETER_CORRECTIONS)[0]
 
 
 def _knot_choices(
