@@ -4,11 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 
 from crispline import occt
 from crispline.brep.build import build_shape
-from crispline.cadfile import step
+from crispline.cadfile import readback, step
 from crispline.cadfile.curve_files import write_curves
 from crispline.cadfile.readback import is_same_solid
 from crispline.cadfile.shape_files import SHAPE_SUFFIXES, read_millimetres, read_shape, write_shape
@@ -17,7 +18,7 @@ from crispline.cadfile.styled import FaceStyle
 from crispline.cadfile.units import MILLIMETRES
 from crispline.curve import BSplineCurve, Circle, Line
 from crispline.errors import InputError, ReconstructionError
-from crispline.occt.measure import diagonal, volume
+from crispline.occt.measure import Tessellation, diagonal, tessellate, volume
 
 import brep_models  # isort: skip
 
@@ -105,6 +106,28 @@ def test_what_is_the_same_solid():
     assert not is_same_solid(BRepPrimAPI_MakeCylinder(5.0, 10.0001).Shape(), DRUM)
     assert is_same_solid(BRepPrimAPI_MakeCylinder(50.0, 100.0).Shape(), DRUM, 10.0)
     assert not is_same_solid(occt.subshapes(DRUM, occt.FACE)[0], DRUM)
+
+
+def test_the_same_triangles_need_no_exact_volume(monkeypatch):
+    copy = BRepBuilderAPI_Copy(DRUM).Shape()
+    monkeypatch.setattr(readback, "_volume", lambda _: pytest.fail("integrated"))
+    assert is_same_solid(copy, DRUM)
+
+
+def test_where_the_triangles_differ_exact_volumes_tell(monkeypatch):
+    volumes = iter([780.0, 781.0, 780.0, 781.0])
+    monkeypatch.setattr(Tessellation, "volume", lambda _: next(volumes))
+    assert is_same_solid(DRUM, DRUM)
+    assert not is_same_solid(BRepPrimAPI_MakeCylinder(5.0, 10.0001).Shape(), DRUM)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_volume_of_triangles(shift):
+    box = BRepPrimAPI_MakeBox(occt.point(np.full(3, shift)), 1.0, 2.0, 3.0).Shape()
+    assert tessellate(box, 0.1).volume() == pytest.approx(6.0, rel=1e-9)
+    assert tessellate(box.Reversed(), 0.1).volume() == pytest.approx(-6.0, rel=1e-9)
+    lid = occt.subshapes(box, occt.FACE)[0]
+    assert tessellate(lid, 0.1).volume() == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("suffix", SHAPE_SUFFIXES)

@@ -35,13 +35,21 @@ def is_same_solid(copy: Any, shape: Any, factor: float = 1.0) -> bool:
     n_faces = len(occt.subshapes(shape, occt.FACE))
     if n_faces != len(occt.subshapes(copy, occt.FACE)):
         return False
-    mesh = tessellate(copy, _DEFLECTION * diagonal(copy), _ANGLE)
-    if len(np.unique(mesh.faces)) < n_faces:
+    found, wanted = (tessellate(s, _DEFLECTION * diagonal(s), _ANGLE) for s in (copy, shape))
+    if len(np.unique(found.faces)) < n_faces:
         return False
-    area, volume = float(mesh.areas().sum()) / factor**2, _volume(shape)
-    slack = 2.0 * occt.largest_tolerance(shape, occt.VERTEX)
-    room = slack * area + 1e-6 * abs(volume)
-    return bool(abs(_volume(copy) / factor**3 - volume) <= room)
+    area = float(found.areas().sum()) / factor**2
+    slack = 2.0 * occt.largest_tolerance(shape, occt.VERTEX) * area
+    # The same faces get the same triangles. Only where they do not, exact integrals tell: these
+    # take minutes on thousands of B-spline faces.
+    volumes = found.volume() / factor**3, wanted.volume()
+    if _agree(*volumes, slack):
+        return True
+    return _agree(_volume(copy) / factor**3, _volume(shape), slack)
+
+
+def _agree(found: float, wanted: float, slack: float) -> bool:
+    return abs(found - wanted) <= slack + 1e-6 * abs(wanted)
 
 
 def _volume(shape: Any) -> float:

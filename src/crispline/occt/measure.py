@@ -43,6 +43,14 @@ class Tessellation:
         a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
         return 0.5 * np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
+    def volume(self) -> float:
+        """Enclosed volume; of an open surface, that of the cone from the mean of its vertices."""
+        if not len(self.triangles):
+            return 0.0
+        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
+        middle = self.vertices.mean(axis=0)
+        return float(np.einsum("ij,ij->", a - middle, np.cross(b - middle, c - middle)) / 6.0)
+
 
 def tessellate(shape: object, deflection: float, angle: float = 0.3) -> Tessellation:
     """Triangulate every face of a shape.
