@@ -202,15 +202,17 @@ def locate_crease(
     return replace(smoothed_crease(border, ends), is_fallback=True)
 
 
-def smoothed_crease(border: Border, ends: tuple[Array, Array] | None) -> Crease:
+def smoothed_crease(
+    border: Border, ends: tuple[Array, Array] | None, n_samples: int = N_SAMPLES
+) -> Crease:
     """The border as it runs between its surfaces, which need not meet there."""
     curve = _smoothed_border(border, ends)
-    return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=False)
+    return Crease(curve, curve_gap(curve, border.surfaces, n_samples), is_fallback=False)
 
 
-def curve_gap(curve: Curve, surfaces: Sequence[Surface]) -> float:
+def curve_gap(curve: Curve, surfaces: Sequence[Surface], n_samples: int = N_SAMPLES) -> float:
     """Largest distance of a curve to surfaces, spacings."""
-    return float(distance(curve.samples(N_SAMPLES), surfaces).max())
+    return float(distance(curve.samples(n_samples), surfaces).max())
 
 
 def _rounded_off(angle: float) -> float:

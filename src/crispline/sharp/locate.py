@@ -25,10 +25,17 @@ from crispline.sharp.crease import (
     border_between,
     contacts_at,
     locate_crease,
-    smoothed_crease,
 )
+from crispline.sharp.draw import N_SAMPLES as N_DRAWN
+from crispline.sharp.draw import drawn_border, drawn_corner, drawn_crease
 from crispline.sharp.intersect import distance, intersect
-from crispline.sharp.network import chains_at, contracted, corner_vertices, labels_beside
+from crispline.sharp.network import (
+    chains_at,
+    chains_by_end,
+    contracted,
+    corner_vertices,
+    labels_beside,
+)
 from crispline.sharp.revise import collapsible_chain, split_at_branches
 from crispline.sharp.rim import split_at_kinks
 from crispline.sharp.tears import mended
@@ -38,6 +45,7 @@ from crispline.surface.base import Array, Similarity
 _MAX_THINNING = 4.0
 _OPPOSITE = np.radians(120.0)  # sides of a wall that face away from each other so much ...
 _LOST_GAP = 0.5  # ... and stay this far from their border, in spacings, have a face between them
+_SHARP_CORNER = 3  # a crease on which fewer sharp borders end goes on, or fades out
 
 
 @dataclass(frozen=True)
@@ -109,7 +117,10 @@ def locate(
     topology, net_vertices = split_at_kinks(topology, net_vertices, options)
     anchors = corner_vertices(topology)
     borders = [search.border(chain, net_vertices, anchors) for chain in topology.chains]
-    corners = {vertex: search.corner(vertex, topology, net_vertices, borders) for vertex in anchors}
+    corners = {
+        vertex: search.corner(vertex, topology, net_vertices, borders, around)
+        for vertex, around in chains_by_end(topology, anchors).items()
+    }
     while (index := collapsible_chain(topology, net_vertices, corners, options)) is not None:
         gone = topology.chains[index]
         kept, lost = int(gone.vertices[0]), int(gone.vertices[-1])
@@ -117,7 +128,8 @@ def locate(
         net_vertices[kept] = 0.5 * (net_vertices[kept] + net_vertices[lost])
         topology = contracted(topology, index)
         del borders[index], corners[lost]
-        corners[kept] = search.corner(kept, topology, net_vertices, borders)
+        around = chains_at(topology, kept)
+        corners[kept] = search.corner(kept, topology, net_vertices, borders, around)
         text = (
             f"the border of regions {_names([gone])} near {{place}} is shorter "
             "than its corners are certain and became one corner"
@@ -128,7 +140,8 @@ def locate(
         for chain, border in zip(topology.chains, borders, strict=True)
     ]
     doubts += _doubts(topology, corners, borders, creases)
-    model = _model(topology, regions, corners, borders, creases, options)
+    n_samples = N_DRAWN if is_sculpture else N_SAMPLES
+    model = _model(topology, regions, corners, borders, creases, options, n_samples)
     return Located(model, topology, tuple(doubts))
 
 
@@ -148,13 +161,18 @@ class _Search:
         sides = [self.regions[label] for label in (chain.left, chain.right) if label != -1]
         is_ring = chain.is_closed and int(chain.vertices[0]) not in anchors
         guide = guide_along(net_vertices[chain.vertices], is_ring)
-        return border_between(guide, sides, self.options)
+        find = drawn_border if self.is_sculpture else border_between
+        return find(guide, sides, self.options)
 
     def corner(
-        self, vertex: int, topology: Topology, net_vertices: Array, borders: Sequence[Border]
+        self,
+        vertex: int,
+        topology: Topology,
+        net_vertices: Array,
+        borders: Sequence[Border],
+        around: list[int],
     ) -> Corner:
-        """The corner at a net vertex."""
-        around = chains_at(topology, vertex)
+        """The corner at a net vertex, where the chains ``around`` end."""
         if self.is_sculpture:
             around = [index for index in around if not borders[index].is_contact]
         labels = labels_beside(topology.chains[index] for index in around)
@@ -164,6 +182,8 @@ class _Search:
         if len(surfaces) == 1:  # a corner of a rim: only the end of the points holds it
             foot = intersect(net_vertices[vertex][None], surfaces)[0][0]
             return Corner(foot, 0.0, is_fallback=False)
+        if self.is_sculpture and len(around) < _SHARP_CORNER:
+            return drawn_corner(net_vertices[vertex], surfaces, self.options)
         contacts = []
         if not self.is_sculpture:
             beside = [borders[index] for index in around]
@@ -184,7 +204,7 @@ class _Search:
             start, end = int(chain.vertices[0]), int(chain.vertices[-1])
             ends = (corners[start].position, corners[end].position)
         if self.is_sculpture:
-            return smoothed_crease(border, ends)
+            return drawn_crease(border, ends)
         max_cloud_distance = self.thinning * self.options.crease_cloud_distance + 2.0 * self.sigma
         return locate_crease(border, ends, self.cloud, max_cloud_distance, self.options)
 
@@ -246,6 +266,7 @@ def _model(
     borders: Sequence[Border],
     creases: Sequence[Crease],
     options: LocateOptions,
+    n_samples: int,
 ) -> Model:
     """Number the vertices and faces and measure the gaps."""
     face_of = {label: index for index, label in enumerate(sorted(topology.loops))} | {-1: -1}
@@ -254,7 +275,7 @@ def _model(
     gaps = [corners[vertex].gap for vertex in number]
     edges = []
     for chain, border, crease in zip(topology.chains, borders, creases, strict=True):
-        samples = crease.curve.samples(N_SAMPLES)
+        samples = crease.curve.samples(n_samples)
         if border.guide.is_closed:
             start = end = len(positions)
             positions.append(samples[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +29,15 @@ def chains_at(topology: Topology, vertex: int) -> list[int]:
         for index, chain in enumerate(topology.chains)
         if vertex in (chain.vertices[0], chain.vertices[-1])
     ]
+
+
+def chains_by_end(topology: Topology, vertices: Collection[int]) -> dict[int, list[int]]:
+    """For each of some vertices the same as :func:`chains_at`, in the order of the vertices."""
+    found: dict[int, list[int]] = {vertex: [] for vertex in vertices}
+    for index, chain in enumerate(topology.chains):
+        for vertex in {int(chain.vertices[0]), int(chain.vertices[-1])} & found.keys():
+            found[vertex].append(index)
+    return found
 
 
 def labels_beside(chains: Iterable[Chain]) -> list[int]:

@@ -63,14 +63,15 @@ def collapsible_chain(
     """Index of the first chain whose corners are one point, or have changed places; else None."""
     for index, chain in enumerate(topology.chains):
         start, end = int(chain.vertices[0]), int(chain.vertices[-1])
-        if chain.is_closed or not _loops_keep_two(topology, index):
+        if chain.is_closed:
             continue
         length = arc_length(net_vertices[chain.vertices])[-1]
         located = corners[end].position - corners[start].position
         in_net = net_vertices[end] - net_vertices[start]
         is_one_point = np.linalg.norm(located) <= options.collapse_distance
         is_reversed = located @ in_net < 0.0 and length < _REVERSED_LENGTH
-        if length < options.collapse_length and (is_one_point or is_reversed):
+        is_spurious = length < options.collapse_length and (is_one_point or is_reversed)
+        if is_spurious and _loops_keep_two(topology, index):
             return index
     return None
 
