@@ -67,3 +67,11 @@ def test_pinches_go(nets):
     tail = np.concatenate(border_loops(clean))
     assert len(np.unique(tail)) == len(tail)
     np.testing.assert_array_equal(without_pinches(quads), quads)
+
+
+def test_many_holes_are_found_one_by_one_from_the_lowest_vertex_on(nets):
+    whole = nets.grid(41, 41)
+    middle = np.arange(len(whole)).reshape(40, 40)[2:-2:4, 2:-2:4].ravel()
+    loops = border_loops(np.delete(whole, middle, axis=0))
+    assert sorted(len(loop) for loop in loops) == [4] * len(middle) + [160]
+    assert [loop[0] for loop in loops] == sorted(loop.min() for loop in loops)

@@ -114,6 +114,31 @@ def test_an_open_net_is_laid_anew(monkeypatch):
     assert tuple(lengths) == NetOptions().edge_lengths[:2]
 
 
+@pytest.mark.parametrize(("n_holes", "n_tried"), [(1, 4), (20, 1)])
+def test_an_open_net_with_many_odd_holes_is_not_laid_anew(monkeypatch, n_holes, n_tried):
+    """One odd hole may be gone at another edge length; where there are many, some stay."""
+    lengths = []
+
+    def with_odd_holes(mesh, edge_length):
+        lengths.append(edge_length)
+        vertices, found = quads_over(mesh, edge_length)
+        inner = np.flatnonzero(vertices[found].mean(axis=1)[:, 2] > 0.2)
+        return vertices, _with_odd_holes(found, inner[:: len(inner) // n_holes][:n_holes])
+
+    quads_over = quads.quads_over
+    monkeypatch.setattr(quads, "quads_over", with_odd_holes)
+    _, net = build(*half_ball(3000))
+    assert net.is_open
+    assert len(lengths) == n_tried
+
+
+def _with_odd_holes(found, at):
+    """The net with some quads folded to a triangle, which leaves a hole of three sides."""
+    found = found.copy()
+    found[at, 3] = found[at, 0]
+    return found
+
+
 def test_a_small_hole_is_closed_on_the_net(monkeypatch):
     lengths = []
 

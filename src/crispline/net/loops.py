@@ -31,8 +31,9 @@ def border_loops(polygons: Index) -> tuple[Index, ...]:
     simple = np.isin(tail, unique[uses == 1])
     following = dict(zip(tail[simple].tolist(), head[simple].tolist(), strict=True))
     loops = []
-    while following:
-        start = min(following)
+    for start in sorted(following):
+        if start not in following:
+            continue
         loop, vertex = [start], following.pop(start)
         while vertex != start and vertex in following:
             loop.append(vertex)

@@ -38,6 +38,7 @@ _UNCOVERED = 3.0  # points this far from the closed surface are not on it ...
 _MAX_UNCOVERED = 0.01  # ... and if more than this share is not, the scan is not closed
 _CLEARLY_WIDER = 1.25  # gaps this much wider than those to be filled make a scan open
 _LONGEST_HOLE = 12  # sides of a hole that the mesher left by accident
+_HOPELESS = 40  # sides of such holes: four and more, and quads laid anew have as many
 
 
 @dataclass(frozen=True)
@@ -169,7 +170,7 @@ class _Builder:
             n_odd = _n_short_sides(net.quads)
             if n_odd < fewest:
                 best, fewest = net, n_odd
-            if n_odd == 0:
+            if n_odd == 0 or n_odd > _HOPELESS:
                 break
         vertices = self._project(best.vertices, 1)
         notes: tuple[str, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,9 @@ from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface import Surface
 from crispline.surface.base import Array
+
+SCULPTURE_KINDS = ("plane", "bspline")
+"""What regions of a sculpture are fitted with: no cylinder or torus is a face of it."""
 
 _MIN_POINTS = 30
 _CLEAR_SHARE = 1 / 3
@@ -91,10 +94,12 @@ def fit_regions(
     label: Labels,
     options: FitOptions,
     known: Mapping[int, tuple[RegionFit, int]],
+    kinds: Sequence[str] = KINDS,
 ) -> dict[int, tuple[RegionFit, int]]:
     """The surface of every region, with a fingerprint of the points it was fitted to.
 
-    Regions whose fingerprint has not changed since ``known`` keep their fit.
+    Regions whose fingerprint has not changed since ``known`` keep their fit. Where ``kinds``
+    has none that explains a region, and no B-spline either, all kinds are tried.
     """
     fits: dict[int, tuple[RegionFit, int]] = {}
     for region in np.unique(label).tolist():
@@ -112,8 +117,11 @@ def fit_regions(
         if region in known:
             fit = refit(known[region][0].surface, points, normals, sigma, options)
         if fit is None:
-            kinds = KINDS if len(points) >= 2 * _MIN_POINTS else KINDS[:-1]
-            fit = choose_surface(points, normals, sigma, options, kinds, clearance)
+            usual = KINDS if len(points) >= 2 * _MIN_POINTS else KINDS[:-1]
+            wanted = usual if kinds == KINDS else kinds
+            fit = choose_surface(points, normals, sigma, options, wanted, clearance)
+            if wanted != usual and fit.surface.kind == "plane" and not fit.is_accepted:
+                fit = choose_surface(points, normals, sigma, options, usual, clearance)
         fits[region] = (
             fitted_region(fit.surface, points, normals, fit.is_accepted),
             fingerprint,

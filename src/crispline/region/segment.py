@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from crispline.fit.choose import KINDS
 from crispline.net.halfedge import HalfEdges
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.basins import basins, consecutive
@@ -15,7 +16,7 @@ from crispline.region.cleanup import tidy
 from crispline.region.complete import completed
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
-from crispline.region.fitting import LabelledCloud, fit_regions, label_cloud
+from crispline.region.fitting import SCULPTURE_KINDS, LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
 from crispline.region.narrow.restore import restored
 from crispline.region.patches import Labels
@@ -74,13 +75,14 @@ def segment(
     patch_sigma = options.patch_noise * evidence.patch_noise
     split = split_into_surfaces(label, graph, is_sharp, patch_sigma, options, fit_options)
     label = tidy(split.label, quads, options.min_patches)
+    kinds = SCULPTURE_KINDS if split.is_sculpture else KINDS
     known: dict[int, tuple[RegionFit, int]] = {}
     refused: dict[tuple[int, int], tuple[int, int]] = {}
 
     def fitted(with_options: FitOptions) -> tuple[LabelledCloud, dict[int, RegionFit]]:
         nonlocal known
         labelled = label_cloud(evidence, net_vertices, quads, label)
-        known = fit_regions(labelled, graph, label, with_options, known)
+        known = fit_regions(labelled, graph, label, with_options, known, kinds)
         return labelled, {region: fit for region, (fit, _) in known.items()}
 
     # Borders settle on a part of the points; only the last fit takes them all.
