@@ -23,7 +23,10 @@ Index = NDArray[np.int64]
 _DEFLECTION = 0.05
 """Distance of the triangles from their face, in spacings."""
 _ANGLE = 0.12
-"""Angle between neighbouring triangles on a bend, radians."""
+"""Angle between neighbouring triangles on a bend, radians ..."""
+_MANY_FACES = 500
+_MANY_ANGLE = 0.5
+"""... and on so many faces: a quilt of patches bends with the noise everywhere."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +141,8 @@ def scene_of_shape(shape: Any, points: Array, found: Deviations, spacing: float)
 
 def model_mesh(shape: Any, spacing: float, order: Index) -> Tessellation:
     """Triangles of a shape with the rows of its faces; ``order`` has a row per face."""
-    mesh = tessellate(shape, _DEFLECTION * spacing, _ANGLE)
+    angle = _ANGLE if len(order) < _MANY_FACES else _MANY_ANGLE
+    mesh = tessellate(shape, _DEFLECTION * spacing, angle)
     return Tessellation(mesh.vertices, mesh.triangles, order[mesh.faces])
 
 
