@@ -114,10 +114,26 @@ def test_the_same_triangles_need_no_exact_volume(monkeypatch):
     assert is_same_solid(copy, DRUM)
 
 
-def test_where_the_triangles_differ_exact_volumes_tell(monkeypatch):
-    volumes = iter([780.0, 781.0, 780.0, 781.0])
-    monkeypatch.setattr(Tessellation, "volume", lambda _: next(volumes))
+def test_only_faces_whose_triangles_differ_are_integrated(monkeypatch):
+    integrated = []
+
+    def cone(shape, faces, apex):
+        integrated.append(faces.tolist())
+        return exactly(shape, faces, apex)
+
+    def cones(mesh, apex, n_faces):
+        found = honest(mesh, apex, n_faces)
+        found[1] *= next(factors)
+        return found
+
+    exactly, honest = readback._cone, Tessellation.cones
+    monkeypatch.setattr(readback, "_cone", cone)
+    monkeypatch.setattr(Tessellation, "cones", cones)
+    # The volume of the one, its cones, those of the other, for three comparisons.
+    factors = iter([1.0, 1.0, 1.01] * 3)
     assert is_same_solid(DRUM, DRUM)
+    assert integrated == [[1], [1]]
+    assert is_same_solid(BRepPrimAPI_MakeCylinder(50.0, 100.0).Shape(), DRUM, 10.0)
     assert not is_same_solid(BRepPrimAPI_MakeCylinder(5.0, 10.0001).Shape(), DRUM)
 
 

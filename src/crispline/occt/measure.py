@@ -43,13 +43,15 @@ class Tessellation:
         a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
         return 0.5 * np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
+    def cones(self, apex: Array, n_faces: int) -> Array:
+        """Volume between a point and each face, negative where that looks to it, ``(n_faces,)``."""
+        a, b, c = (self.vertices[self.triangles[:, i]] - apex for i in range(3))
+        each = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+        return np.asarray(np.bincount(self.faces, each, minlength=n_faces), dtype=np.float64)
+
     def volume(self) -> float:
         """Enclosed volume; of an open surface, that of the cone from the mean of its vertices."""
-        if not len(self.triangles):
-            return 0.0
-        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
-        middle = self.vertices.mean(axis=0)
-        return float(np.einsum("ij,ij->", a - middle, np.cross(b - middle, c - middle)) / 6.0)
+        return float(self.cones(self.vertices.mean(axis=0), 1).sum()) if len(self.faces) else 0.0
 
 
 def tessellate(shape: object, deflection: float, angle: float = 0.3) -> Tessellation:
