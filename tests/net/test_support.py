@@ -98,3 +98,19 @@ def test_far_places_are_outside_by_their_gap_alone():
     np.testing.assert_array_equal(found.inward[2:], 0.0)
     alone = support(places[:2], np.tile(UP, (2, 1)), tree, spacing)
     np.testing.assert_array_equal(found.inset[:2], alone.inset)
+
+
+def test_far_places_know_about_how_far_they_are():
+    """A lid over a bowl; the points nearest to its middle are all about as near."""
+    points = square(120)
+    away = np.linalg.norm(points[:, :2], axis=1)
+    tree = cKDTree(points[away > 40.0])
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(-40.0, 41.0), np.arange(-40.0, 41.0)))
+    lid = np.column_stack([x, y, 0.0 * x])
+    found = support(lid, np.tile(UP, (len(lid), 1)), tree, np.full(tree.n, 2.0))
+    exact = tree.query(lid)[0] / 2.0
+    is_near = exact <= 8.0
+    np.testing.assert_array_equal(found.gap[is_near], exact[is_near])
+    assert np.abs(found.gap - exact).max() < 2.0
+    assert np.abs(found.gap - exact)[~is_near].mean() < 0.6
+    assert found.gap.min() >= 0.0

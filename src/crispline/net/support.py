@@ -28,6 +28,8 @@ _CHUNK = 50_000
 # of the place: a monotone function, inverted by this table.
 _T = np.linspace(-8.0, 4.0, 1201)
 _MEAN = np.exp(-0.5 * _T**2) / np.sqrt(2.0 * np.pi) / (0.5 * (1.0 + erf(_T / np.sqrt(2.0))))
+_FAR = 16.0  # spacings; of places farther from every point ...
+_CELL = 4.0  # ... one in every cell of this size is asked for its distance
 
 
 @dataclass(frozen=True)
@@ -98,9 +100,9 @@ def support(
     points = np.asarray(tree.data, dtype=np.float64)
     local_spacing = np.maximum(local_spacing, 1.0)
     k = min(_N_NEIGHBOURS, len(points))
-    lift_off, closest = nearest(tree, places, 1, threads)
-    spacing = local_spacing[closest[:, 0]]
-    gap = lift_off[:, 0] / spacing
+    lift_off, closest = _closest(tree, places, threads)
+    spacing = local_spacing[closest]
+    gap = lift_off / spacing
     inset, inward = _T[0] * _WIDTH * spacing, np.zeros((len(places), 3))
     # Beyond that the gap alone decides, and many neighbours of far places take long to find.
     near = np.flatnonzero(gap < MAX_GAP + _LIMIT)
@@ -117,6 +119,25 @@ def support(
         inward[chunk] = mean / np.where(length > 0.0, length, 1.0)[:, None]
         inset[chunk] = width * np.interp(length / width, _MEAN[::-1], _T[::-1])
     return Support(inset, inward, gap, spacing)
+
+
+def _closest(tree: cKDTree, places: Array, threads: int) -> tuple[Array, NDArray[np.int64]]:
+    """Distance and index of the point nearest to each place, about so far from all of them.
+
+    In the middle of a lid all points round it are about as near, and a search that has to
+    tell the nearest goes through every one. So there only some places are asked, and the
+    others take what the nearest of these was told: distances of neighbours differ by no more
+    than what lies between them.
+    """
+    distance, index = nearest(tree, places, 1, threads, within=_FAR)
+    far = np.flatnonzero(np.isinf(distance[:, 0]))
+    if len(far):
+        cells = np.floor(places[far] / _CELL)
+        asked = far[np.unique(cells, axis=0, return_index=True)[1]]
+        away, closest = nearest(tree, places[asked], 1, threads)
+        teller = nearest(cKDTree(places[asked]), places[far], 1, threads)[1][:, 0]
+        distance[far], index[far] = away[teller], closest[teller]
+    return distance[:, 0], index[:, 0]
 
 
 def coverage(

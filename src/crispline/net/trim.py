@@ -87,8 +87,10 @@ def without_crumbs(
     if len(polygons) == 0:
         return vertices, polygons, (0, 0)
     _, piece = connected_components(_links(polygons, len(vertices)), directed=False)
-    gap = nearest(tree, vertices, 1, threads)[0][:, 0]
-    distance, at = nearest(cKDTree(vertices), np.asarray(tree.data), 1, threads)
+    # Most of the closed surface of an open scan is lids, far from every point.
+    gap = nearest(tree, vertices, 1, threads, within=2.0 * _BUBBLE)[0][:, 0]
+    points = np.asarray(tree.data)
+    distance, at = nearest(cKDTree(vertices), points, 1, threads, within=2.0 * _ON_PIECE)
     n_points = np.bincount(piece[at[distance <= _ON_PIECE]], minlength=int(piece.max()) + 1)
     # A bubble between two sheets has points near it as well, but not on it.
     is_bubble = np.bincount(piece, gap > _BUBBLE) > _BARE_SHARE * np.bincount(piece)
