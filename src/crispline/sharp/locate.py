@@ -26,6 +26,7 @@ from crispline.sharp.crease import (
     contacts_at,
     locate_crease,
 )
+from crispline.sharp.doubt import Doubt
 from crispline.sharp.draw import N_SAMPLES as N_DRAWN
 from crispline.sharp.draw import drawn_border, drawn_corner, drawn_crease
 from crispline.sharp.intersect import distance, intersect
@@ -40,31 +41,12 @@ from crispline.sharp.revise import collapsible_chain, split_at_branches
 from crispline.sharp.rim import split_at_kinks
 from crispline.sharp.tears import mended
 from crispline.sharp.trace import guide_along
-from crispline.surface.base import Array, Similarity
+from crispline.surface.base import Array
 
 _MAX_THINNING = 4.0
 _OPPOSITE = np.radians(120.0)  # sides of a wall that face away from each other so much ...
 _LOST_GAP = 0.5  # ... and stay this far from their border, in spacings, have a face between them
 _SHARP_CORNER = 3  # a crease on which fewer sharp borders end goes on, or fades out
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """Something that the surfaces leave open.
-
-    Attributes
-    ----------
-    text : what, with ``{place}`` where its place is to be named.
-    position : the place, in the frame of the model, shape ``(3,)``.
-    """
-
-    text: str
-    position: Array
-
-    def sentence(self, to_user: Similarity) -> str:
-        """The sentence with the place in the user's unit."""
-        place = "({:.4g}, {:.4g}, {:.4g})".format(*to_user.points(self.position))
-        return self.text.format(place=place)
 
 
 @dataclass(frozen=True)
