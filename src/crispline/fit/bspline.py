@@ -40,6 +40,7 @@ MAX_NORMAL_ANGLE = np.radians(75.0)
 _QUANTILE = 0.02
 _POINTS_PER_CONTROL_POINT = 2.5
 _TRIAL_CORRECTIONS = 1
+_POLISH_CORRECTIONS = 7  # parameters settle slowly, and only the last fit gets so many
 _PASS_WEIGHT = 1e4
 STALLED = 2
 _CORE_DISTANCE = 2.5
@@ -230,7 +231,7 @@ def _coarsest(
 
 def _polished(trial: _Trial, sigma: float) -> BSplineSurface:
     """The surface of a trial with its parameters corrected to the end."""
-    return _fit_on_knots(trial.data, trial.knots, sigma, PARAMETER_CORRECTIONS)[0]
+    return _fit_on_knots(trial.data, trial.knots, sigma, _POLISH_CORRECTIONS)[0]
 
 
 def _knot_choices(
