@@ -52,10 +52,13 @@ def test_a_closed_smooth_border_stays_closed():
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 
 
-def test_an_end_of_a_sharp_border_goes_amid_its_surfaces_unless_these_are_far():
+def test_an_end_of_a_sharp_border_goes_to_where_its_surfaces_meet_unless_that_is_far():
     surfaces = [side.surface for side in sides(90.0)]
     corner = drawn_corner(np.array([3.0, 0.5, 0.4]), surfaces, OPTIONS)
-    np.testing.assert_allclose(corner.position, [3.0, 0.0625, 0.05], atol=1e-12)
-    assert corner.gap == pytest.approx(0.0625)
+    np.testing.assert_allclose(corner.position, [3.0, 0.0, 0.0], atol=1e-12)
+    assert corner.gap == pytest.approx(0.0, abs=1e-12)
+    ball = [*surfaces, Sphere(np.array([9.0, 0.0, 0.0]), 7.0)]
+    corner = drawn_corner(np.array([2.4, 0.5, 0.4]), ball, OPTIONS)
+    np.testing.assert_allclose(corner.position, [2.0, 0.0, 0.0], atol=1e-3)
     far = drawn_corner(3.0 * UP, [Sphere(0.0 * UP, 20.0), surfaces[0]], OPTIONS)
     np.testing.assert_array_equal(far.position, 3.0 * UP)

@@ -17,7 +17,7 @@ from crispline.region.regionfit import RegionFit
 from crispline.sharp.contact import Contact
 from crispline.sharp.corner import Corner
 from crispline.sharp.crease import Border, Crease, curve_gap, smoothed_crease
-from crispline.sharp.intersect import distance
+from crispline.sharp.intersect import distance, newton_step
 from crispline.sharp.trace import Guide, forward
 from crispline.surface import Surface
 from crispline.surface.base import Array
@@ -27,7 +27,7 @@ N_SAMPLES = 25
 
 _N_PLACES = 15  # along a guide, to tell its angle
 _N_SMOOTH = 8  # of the curve of a smooth border
-_ROUNDS = 3
+_NEWTON_STEPS = 2
 
 
 def drawn_border(guide: Guide, sides: Sequence[RegionFit], options: LocateOptions) -> Border:
@@ -45,7 +45,7 @@ def drawn_border(guide: Guide, sides: Sequence[RegionFit], options: LocateOption
 
 
 def drawn_corner(net_vertex: Array, surfaces: Sequence[Surface], options: LocateOptions) -> Corner:
-    """Where a sharp border ends or goes on: amid the feet on its surfaces, if these are near.
+    """Where sharp borders meet: after two of Newton's steps to their surfaces, if that is near.
 
     Parameters
     ----------
@@ -53,8 +53,8 @@ def drawn_corner(net_vertex: Array, surfaces: Sequence[Surface], options: Locate
     surfaces : of the regions beside the border, two or more.
     """
     position = net_vertex[None]
-    for _ in range(_ROUNDS):
-        position = np.mean([surface.project(position)[0] for surface in surfaces], axis=0)
+    for _ in range(_NEWTON_STEPS):
+        position = position + newton_step(position, surfaces)
     if np.linalg.norm(position - net_vertex) > options.corner_move:
         position = net_vertex[None]
     return Corner(position[0], float(distance(position, surfaces)[0]), is_fallback=False)

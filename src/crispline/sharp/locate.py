@@ -46,7 +46,6 @@ from crispline.surface.base import Array
 _MAX_THINNING = 4.0
 _OPPOSITE = np.radians(120.0)  # sides of a wall that face away from each other so much ...
 _LOST_GAP = 0.5  # ... and stay this far from their border, in spacings, have a face between them
-_SHARP_CORNER = 3  # a crease on which fewer sharp borders end goes on, or fades out
 
 
 @dataclass(frozen=True)
@@ -164,12 +163,10 @@ class _Search:
         if len(surfaces) == 1:  # a corner of a rim: only the end of the points holds it
             foot = intersect(net_vertices[vertex][None], surfaces)[0][0]
             return Corner(foot, 0.0, is_fallback=False)
-        if self.is_sculpture and len(around) < _SHARP_CORNER:
+        if self.is_sculpture:
             return drawn_corner(net_vertices[vertex], surfaces, self.options)
-        contacts = []
-        if not self.is_sculpture:
-            beside = [borders[index] for index in around]
-            contacts = contacts_at(net_vertices[vertex], surfaces, beside)
+        beside = [borders[index] for index in around]
+        contacts = contacts_at(net_vertices[vertex], surfaces, beside)
         return locate_corner(
             net_vertices[vertex],
             surfaces,
