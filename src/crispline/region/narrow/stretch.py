@@ -29,10 +29,9 @@ Fits = Mapping[int, RegionFit]
 AROUND = 4
 """Rings of patches about the border that belong to a stretch."""
 
-_MOST = 0.95  # quantile of the distances of its points from the edge that a crumb is wide
 _BESIDE = 0.5  # share of a crumb's border that is with the two faces
 _LARGER = 2  # times the size of the smallest crumb is large enough for a face beside it
-_TAKEN = 2.0  # how far the faces reach onto a round, spacings
+_FARTHER = 3.0
 _MIN_ANGLE, _MAX_ANGLE = np.radians(25.0), np.radians(155.0)  # between the faces' normals
 _MAX_TILT = np.radians(3.0)  # of surfaces that count as being about one axis ...
 _MAX_OFFSET = 0.5  # ... within so much, spacings
@@ -70,14 +69,10 @@ class Stretch:
     def reach(self) -> float:
         """How far from the edge the ball may touch the faces, spacings.
 
-        That is as far as the stretch goes, and a little beyond crumbs, which may be pieces of the
-        round: its neighbours take patches of it where it leaves them slowly.
+        That is as far as the stretch goes, or farther if there are crumbs, which may be pieces of
+        a larger round: its neighbours take the patches of it where it leaves them slowly.
         """
-        on_crumb = np.abs(self.heights[:, np.isin(self.owner, self.crumbs)]).max(axis=0)
-        if not len(on_crumb):
-            return AROUND
-        sine = float(np.sqrt(1.0 - self.cosine**2))
-        return max(AROUND, float(np.quantile(on_crumb, _MOST)) / sine + _TAKEN)
+        return _FARTHER * AROUND if self.crumbs else AROUND
 
     def without(self, crumbs: list[int], label: Labels) -> Stretch:
         """The same without some crumbs and the points on them."""
