@@ -58,6 +58,20 @@ def test_pieces_that_touch_are_joined():
     np.testing.assert_array_equal(joined(part, label, {STRIP: PIECE, OTHER: PIECE}), part.face)
 
 
+def test_pieces_between_other_faces_are_joined_where_they_touch():
+    # As on the rim of a thin wall, which goes on round a corner.
+    part, along = chamfered()
+    beyond = along > 30.0
+    label = np.where(beyond, part.face + 3, part.face)
+    surfaces = {3: PLANES[TOP], 4: PIECE, 5: PLANES[SIDE], STRIP: PIECE, **PLANES}
+    fits = part.fits(surfaces, label)
+    new = joined_strips(
+        label, fits, part.evidence, RegionOptions(max_pruned_patches=150), FitOptions()
+    )
+    np.testing.assert_array_equal(new == STRIP, part.face == STRIP)
+    np.testing.assert_array_equal(new[part.face != STRIP], label[part.face != STRIP])
+
+
 @pytest.mark.parametrize("tilt", [0.2, -0.2])
 def test_planes_that_differ_stay_apart(tilt):
     part, along = chamfered()

@@ -30,8 +30,8 @@ AROUND = 4
 """Rings of patches about the border that belong to a stretch."""
 
 _BESIDE = 0.5  # share of a crumb's border that is with the two faces
-_LARGER = 2  # times the size of the smallest crumb is large enough for a face beside it
-_FARTHER = 3.0
+_LARGER = 2  # times the smallest crumb is large enough for a face beside it
+_FARTHER = 3.0  # times as far from the edge as the stretch goes, a crumb may be a piece of a round
 _MIN_ANGLE, _MAX_ANGLE = np.radians(25.0), np.radians(155.0)  # between the faces' normals
 _MAX_TILT = np.radians(3.0)  # of surfaces that count as being about one axis ...
 _MAX_OFFSET = 0.5  # ... within so much, spacings

@@ -7,7 +7,7 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -22,6 +22,7 @@ from crispline.region.regionfit import RegionFit
 from crispline.surface import Plane
 from crispline.surface.base import Array
 
+_SAME_WAY = np.cos(np.radians(20.0))  # between the normals of pieces of one plane
 _BESIDE = 0.5  # share of a piece's border that is with the two faces
 
 Fits = Mapping[int, RegionFit]
@@ -41,6 +42,8 @@ def joined_strips(
     label, fits : regions and surface of each.
     """
     graph, label = evidence.graph, label.copy()
+    for group in _touching(label, fits, evidence, options, fit_options):
+        label[np.isin(label, group)] = group[0]
     for pair, pieces in _strips(label, fits, evidence, options):
         touching = (np.sort(label[graph.pairs], axis=1) == pair).all(axis=1)
         gap = np.zeros(len(label), dtype=bool)
@@ -49,7 +52,7 @@ def joined_strips(
         off = np.where(label == pair[0], *own)  # of patches from the face they were given to
         name = {piece: piece for piece in pieces}
         for first, second in combinations(pieces, 2):
-            plane = _common_plane((fits[first], fits[second]), evidence, fit_options)
+            plane = _common_plane([fits[first], fits[second]], evidence, fit_options)
             if plane is None:
                 continue
             miss = np.abs(plane.signed_distance(graph.points))
@@ -107,15 +110,45 @@ def _strips(
             yield pair, pieces
 
 
+def _touching(
+    label: Labels,
+    fits: Fits,
+    evidence: Evidence,
+    options: RegionOptions,
+    fit_options: FitOptions,
+) -> Iterator[list[int]]:
+    """Planes that go on into each other, however short their border, as one plane explains all.
+
+    One of two at least is small: so are the pieces of the rim of a thin wall that turns corners.
+    """
+    ends = np.sort(label[evidence.graph.pairs], axis=1)
+    size = np.bincount(label)
+    groups: list[list[int]] = []
+    for first, second in np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0).tolist():
+        if min(size[first], size[second]) > options.max_pruned_patches:
+            continue
+        merging = [group for group in groups if first in group or second in group]
+        names = sorted({first, second}.union(*merging))
+        if _common_plane([fits[name] for name in names], evidence, fit_options) is not None:
+            groups = [group for group in groups if group not in merging]
+            groups.append(names)
+    yield from groups
+
+
 def _common_plane(
-    pieces: tuple[RegionFit, RegionFit], evidence: Evidence, options: FitOptions
+    pieces: Sequence[RegionFit], evidence: Evidence, options: FitOptions
 ) -> Plane | None:
-    """The plane that explains two pieces that face the same way; None if none does."""
+    """The plane that explains planes that face the same way; None if none does."""
+    if not all(isinstance(piece.surface, Plane) for piece in pieces):
+        return None
     parts = []
     for piece in pieces:
         normals = piece.orientation * piece.surface.project(piece.points)[1]
         parts.append((piece.points, normals))
-    if any(len(points) == 0 for points, _ in parts) or parts[0][1][0] @ parts[1][1][0] < 0.0:
+    if any(len(points) == 0 for points, _ in parts):
+        return None
+    headings = np.stack([normals[0] for _, normals in parts])
+    if (headings @ headings[0] < _SAME_WAY).any():
         return None
     sigma = float(np.median(evidence.noise))
     plane = fit_jointly(("plane",), parts, sigma, options)
