@@ -14,7 +14,8 @@ from crispline.brep.build import build_shape
 from crispline.brep.check import check_file, check_shape
 from crispline.brep.compose import make_solid
 from crispline.brep.heal import heal
-from crispline.cadfile.step import write_step
+from crispline.cadfile import step
+from crispline.cadfile.step import faces_lost_in_step, write_step
 from crispline.curve import Line
 from crispline.errors import ReconstructionError
 from crispline.occt.measure import tessellate
@@ -137,3 +138,34 @@ def test_bad_faces_are_told_in_the_numbers_of_the_model():
     solid = make_solid(replace(model, faces=faces), None, 1.0, time_limit=0.0)
     assert 8 in {bad.index for bad in solid.check.bad_faces}
     assert all(bad.index >= 6 for bad in solid.check.bad_faces)
+
+
+def test_faces_with_large_gaps_are_asked_for_in_a_file(monkeypatch):
+    # A corner of a housing, valid in memory, crossed itself once it had been written.
+    asked = []
+
+    def spoilt(shape):
+        asked.append(shape)
+        return (2,)
+
+    monkeypatch.setattr(check, "faces_lost_in_step", spoilt)
+    tight = make_solid(brep_models.box_cylinder().model, None, 1.0)
+    assert tight.check.is_good
+    assert not asked
+    loose = make_solid(brep_models.shaken(brep_models.box().model, 0.5, seed=2), None, 1.0)
+    assert loose.check.vertex_tolerance > check.LOOSE
+    assert [fault.reason for fault in loose.check.bad_faces] == [check.SPOILT]
+    assert loose.attempt == "as built"  # no repair can tell
+    assert len(asked) == 1
+
+
+def test_a_sound_shape_loses_no_face_in_a_file():
+    shape = build_shape(brep_models.shaken(brep_models.box().model, 0.5, seed=2)).shape
+    assert faces_lost_in_step(shape) == ()
+
+
+@pytest.mark.parametrize("copy", [None, "turned"])
+def test_a_shape_that_is_another_in_a_file_names_a_face(monkeypatch, copy):
+    read = None if copy is None else build_shape(turned_roof()).shape
+    monkeypatch.setattr(step, "_read", lambda content: read)
+    assert faces_lost_in_step(build_shape(brep_models.box().model).shape)

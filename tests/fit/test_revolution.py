@@ -71,6 +71,22 @@ def test_strips_of_a_neighbour_at_its_ends_do_not_bend_it():
     assert _error(found, points[height < 42.0]) < 0.3 * SIGMA
 
 
+def test_a_stepped_bore_is_no_turned_spline():
+    # One did go round both of its edges, with no more than noise left, and three faces were one.
+    rng = np.random.default_rng(0)
+    turn = rng.uniform(0.0, 2.0 * np.pi, 900)
+    spoke = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(900)])
+    along = rng.uniform(0.0, 14.0, 900)
+    radius = np.interp(along, [0.0, 5.0, 8.2, 14.0], [3.8, 3.8, 7.0, 7.0])
+    height = np.interp(along, [0.0, 5.0, 8.2, 14.0], [-5.0, 0.0, 0.0, 5.8])
+    is_floor = (along > 5.0) & (along < 8.2)
+    up = np.array([0.0, 0.0, 1.0])
+    normals = np.where(is_floor[:, None], up, -spoke)
+    points = radius[:, None] * spoke + height[:, None] * up
+    noisy = points + 0.13 * rng.normal(size=(900, 1)) * normals
+    assert fit_revolution(noisy, normals, 0.13, OPTIONS) is None
+
+
 def test_what_leaves_the_axis_open_or_has_none_is_refused():
     rng = np.random.default_rng(0)
     ball = unit(rng.normal(size=(800, 3)))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Message import Message
@@ -24,6 +25,7 @@ from OCP.StepData import StepData_StepWriter
 from OCP.StepRepr import StepRepr_NextAssemblyUsageOccurrence
 from OCP.TCollection import TCollection_HAsciiString
 
+from crispline import occt
 from crispline.cadfile.readback import is_same_solid
 from crispline.cadfile.styled import FaceStyle, styled_writer
 from crispline.cadfile.units import MILLIMETRES, OCCT_NAMES, checked_unit
@@ -68,6 +70,31 @@ def write_step(
         )
     with atomic_path(Path(path)) as draft:
         draft.write_bytes(content)
+
+
+def faces_lost_in_step(shape: Any) -> tuple[int, ...]:
+    """Faces that a STEP file of a shape spoils, in exploration order.
+
+    Readers make new curves on the faces, and where borders have large gaps these may cross.
+
+    Returns
+    -------
+    Empty if the file reads back as the same shape. Else the faces that are faulty in it, or
+    those of the largest tolerance if none is by itself.
+    """
+    for has_pcurves in (True, False):
+        copy = _read(step_bytes(shape, has_pcurves))
+        if is_same_solid(copy, shape):
+            return ()
+    faces = occt.subshapes(shape, occt.FACE)
+    if copy is not None and len(occt.subshapes(copy, occt.FACE)) == len(faces):
+        analyser = BRepCheck_Analyzer(copy)
+        copies = enumerate(occt.subshapes(copy, occt.FACE))
+        faulty = tuple(index for index, face in copies if not analyser.IsValid(face))
+        if faulty:
+            return faulty
+    tolerances = [occt.largest_tolerance(face, occt.VERTEX) for face in faces]
+    return tuple(i for i, value in enumerate(tolerances) if value == max(tolerances))
 
 
 def step_bytes(

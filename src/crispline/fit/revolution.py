@@ -38,6 +38,9 @@ MIN_RADIUS = 2.0
 MIN_SPAN = 4.0
 """Of a profile between two knots, spacings; a finer one goes round every sharp edge, too."""
 
+MIN_BEND = 3.0
+"""Radius of curvature of a profile, spacings; what bends more sharply is an edge."""
+
 _MIN_POINTS = 12
 _MAX_TWIST = 0.2  # part of the normals that passes the axis by, their median
 _ALONG = 0.1  # weight of the distance along the profile over that across it
@@ -53,8 +56,7 @@ class _Fit:
     Attributes
     ----------
     origin, frame : a point of the axis, and rows across and along it, shape ``(3, 3)``.
-    t : parameters of the points along the profile, shape ``(n,)``.
-    residuals : shape ``(n,)``.
+    t, residuals : of the points along the profile and across it, shape ``(n,)``.
     axis_error : largest standard error of the axis' place beside the points, spacings.
     """
 
@@ -86,8 +88,8 @@ def fit_revolution(
     Returns
     -------
     The surface, with ``S_u x S_v`` on the normals' side. None if the normals do not meet one
-    line, the points leave that line open, the profile is closed or comes to the axis, or no
-    profile leaves only noise.
+    line, the points leave that line open, the profile is closed, comes to the axis or has an
+    edge, or no profile leaves only noise.
     """
     if len(points) < _MIN_POINTS:
         return None
@@ -128,7 +130,8 @@ def fit_revolution(
     agrees = np.abs(best.residuals) < limit
     n_spans = len(best.profile.control_points) - DEGREE
     best = _fitted(local, best.t, best.origin, best.frame, n_spans, sigma, agrees)
-    return _surface(best, middle, local, normals, agrees)
+    is_edge = best.profile.sharpest_bend(best.t[agrees]) * MIN_BEND > 1.0
+    return None if is_edge else _surface(best, middle, local, normals, agrees)
 
 
 def _description(found: _Fit, used: NDArray[np.bool_], sigma: float, options: FitOptions) -> float:

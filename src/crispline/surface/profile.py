@@ -46,6 +46,15 @@ class Profile:
         along = self.derivatives(t, 1)[1]
         return np.asarray(unit(np.column_stack([-along[:, 1], along[:, 0]])))
 
+    def sharpest_bend(self, t: Array) -> float:
+        """Largest curvature between parameters ``(n,)``, at places dense for the knots."""
+        n_spans = len(self.control_points) - DEGREE
+        t = np.linspace(t.min(), t.max(), _SAMPLES_PER_SPAN * n_spans + 1)
+        _, along, bend = self.derivatives(t)
+        turning = np.abs(along[:, 0] * bend[:, 1] - along[:, 1] * bend[:, 0])
+        speed = np.linalg.norm(along, axis=1)
+        return float(np.max(turning / np.maximum(speed, 1e-12) ** 3))
+
     def distances(self, flat: Array, t: Array) -> Array:
         """Signed distances of points ``(n, 2)`` at parameters ``(n,)``; positive on the left."""
         offset = flat - self.derivatives(t, 0)[0]
