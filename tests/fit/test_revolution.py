@@ -71,20 +71,20 @@ def test_strips_of_a_neighbour_at_its_ends_do_not_bend_it():
     assert _error(found, points[height < 42.0]) < 0.3 * SIGMA
 
 
-def test_a_stepped_bore_is_no_turned_spline():
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_stepped_bore_is_no_turned_spline(seed):
     # One did go round both of its edges, with no more than noise left, and three faces were one.
-    rng = np.random.default_rng(0)
-    turn = rng.uniform(0.0, 2.0 * np.pi, 900)
-    spoke = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(900)])
-    along = rng.uniform(0.0, 14.0, 900)
-    radius = np.interp(along, [0.0, 5.0, 8.2, 14.0], [3.8, 3.8, 7.0, 7.0])
-    height = np.interp(along, [0.0, 5.0, 8.2, 14.0], [-5.0, 0.0, 0.0, 5.8])
-    is_floor = (along > 5.0) & (along < 8.2)
+    rng = np.random.default_rng(seed)
+    turn, along = rng.uniform(0.0, 2.0 * np.pi, 300), rng.uniform(0.0, 15.0, 300)
+    spoke = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(300)])
+    radius = np.interp(along, [0.0, 6.0, 9.2, 15.0], [3.8, 3.8, 7.0, 7.0])
+    height = np.interp(along, [0.0, 6.0, 9.2, 15.0], [-6.0, 0.0, 0.0, 6.0])
     up = np.array([0.0, 0.0, 1.0])
-    normals = np.where(is_floor[:, None], up, -spoke)
-    points = radius[:, None] * spoke + height[:, None] * up
-    noisy = points + 0.13 * rng.normal(size=(900, 1)) * normals
-    assert fit_revolution(noisy, normals, 0.13, OPTIONS) is None
+    normals = np.where(((along > 6.0) & (along < 9.2))[:, None], up, -spoke)
+    noisy = radius[:, None] * spoke + height[:, None] * up
+    noisy += 0.2 * rng.normal(size=(300, 1)) * normals
+    clearance = np.minimum(along, 15.0 - along)
+    assert fit_revolution(noisy, normals, 0.2, OPTIONS, border_distance=clearance) is None
 
 
 def test_what_leaves_the_axis_open_or_has_none_is_refused():
