@@ -70,9 +70,10 @@ class Stretch:
         """How far from the edge the ball may touch the faces, spacings.
 
         That is as far as the stretch goes, or farther if there are crumbs, which may be pieces of
-        a larger round: its neighbours take the patches of it where it leaves them slowly.
+        a larger round: planes take the patches of it where it leaves them slowly.
         """
-        return _FARTHER * AROUND if self.crumbs else AROUND
+        is_straight = isinstance(self.sweep, Translation)
+        return _FARTHER * AROUND if self.crumbs and is_straight else AROUND
 
     def without(self, crumbs: list[int], label: Labels) -> Stretch:
         """The same without some crumbs and the points on them."""
