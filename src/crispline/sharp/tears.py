@@ -46,22 +46,34 @@ def mended(
     -------
     The network, and the chains that went.
     """
+    torn = [chain for chain in topology.chains if _is_tear(chain, net_vertices, regions)]
     gone: list[Chain] = []
-    while True:
-        corners = set(corner_vertices(topology))
-        for index, chain in enumerate(topology.chains):
-            if not _is_tear(chain, net_vertices, regions):
-                continue
-            if chain.is_closed and int(chain.vertices[0]) not in corners:
-                whole = _without_hole(topology, index, net_vertices, regions, cloud)
-            else:
-                whole = _without_gap(topology, index, net_vertices)
+    is_open = True
+    while is_open:  # one that is mended may let another be
+        is_open = False
+        for number, chain in enumerate(torn):
+            whole = _without(topology, chain, net_vertices, regions, cloud)
             if whole is not None:
-                gone.append(chain)
-                topology = whole
+                topology, is_open = whole, True
+                gone.append(torn.pop(number))
                 break
-        else:
-            return topology, gone
+    return topology, gone
+
+
+def _without(
+    topology: Topology,
+    chain: Chain,
+    net_vertices: Array,
+    regions: Mapping[int, RegionFit],
+    cloud: cKDTree,
+) -> Topology | None:
+    """The network without a tear; None if it has to stay."""
+    index = next((k for k, other in enumerate(topology.chains) if other is chain), None)
+    if index is None:  # it has become a part of another border
+        return None
+    if chain.is_closed and int(chain.vertices[0]) not in corner_vertices(topology):
+        return _without_hole(topology, index, net_vertices, regions, cloud)
+    return _without_gap(topology, index, net_vertices)
 
 
 def _is_tear(chain: Chain, net_vertices: Array, regions: Mapping[int, RegionFit]) -> bool:
