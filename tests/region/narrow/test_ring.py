@@ -54,6 +54,20 @@ def test_crumbs_of_a_chamfer_become_one_cone():
     assert not np.isin(new, [c for c in CRUMBS if c != name]).any()
 
 
+def test_a_part_of_a_chamfer_yields_to_all_of_it_even_if_that_hardly_explains_more():
+    part = shaft(chamfer=1.8)
+    points = part.evidence.graph.points
+    is_seen = np.abs(np.arctan2(points[:, 1], points[:, 0])) < 0.8
+    beside = np.where(points[:, 2] > WIDTH - 0.9, END, SHAFT)
+    label = np.where((part.face == CHAMFER) & ~is_seen, beside, part.face)
+    fits = part.fits(
+        {**LARGER, CHAMFER: Cone((WIDTH + RADIUS - 1.8) * UP, -UP, np.pi / 4.0)}, label
+    )
+    new, rings = with_rings(label, fits, part.evidence, OPTIONS)
+    assert isinstance(rings[CHAMFER].surface, Cone)
+    assert (new[part.face == CHAMFER] == CHAMFER).mean() > 0.8
+
+
 def test_a_sharp_rim_stays_sharp():
     part = shaft(chamfer=0.0)
     label = np.where(part.face == 0, END, SHAFT)

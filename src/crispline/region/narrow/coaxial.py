@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from crispline.fit.frame import frame_about
 from crispline.fit.residual import rms
 from crispline.fit.swept import Line, Revolution, fit_line
 from crispline.fit.verdict import is_pure_noise
@@ -26,6 +27,8 @@ _MIN_POINTS = 10
 _BESIDE = 0.8  # share of a crumb's border that is with the two faces about the axis
 _ONE_SIDED = 0.2  # a neighbour with less border than this, relative to the other, is none
 _MAX_WIDTH = 8.0  # of what stands for a groove, along its profile, spacings
+_COVERED = 0.75  # share of the circumference that must have points of a face that goes round
+_BIN = 3.0  # length of the pieces of the circumference that are asked, spacings
 _ROUND = 0.75  # share of the circumference that a border of two such faces must have, at least
 
 
@@ -164,3 +167,13 @@ def _line_about(fit: RegionFit, sweep: Revolution) -> Line | None:
         return None
     off = flat @ line.normal - line.offset
     return line if is_pure_noise(rms(off), n_points, sigma) else None
+
+
+def goes_round(sweep: Revolution, points: Array) -> bool:
+    """Whether there are points ``(n, 3)`` all round the axis."""
+    if not len(points):
+        return False
+    x, y = ((points - sweep.origin) @ frame_about(sweep.axis)[:2].T).T
+    n_bins = max(int(2.0 * np.pi * float(np.median(np.hypot(x, y))) / _BIN), 6)
+    bins = np.floor((np.arctan2(y, x) / (2.0 * np.pi) % 1.0) * n_bins)
+    return len(np.unique(bins)) >= _COVERED * n_bins

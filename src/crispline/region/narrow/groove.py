@@ -13,14 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crispline.fit.chain import Chain, corner_cost, fit_chain
-from crispline.fit.frame import frame_about
 from crispline.fit.outline import Ray, round_cost
-from crispline.fit.swept import Circle, Line, Revolution
+from crispline.fit.swept import Circle, Line
 from crispline.net.halfedge import HalfEdges
 from crispline.options import RegionOptions
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import fitted_region
-from crispline.region.narrow.coaxial import Fits, Site, coaxial_sites, is_on_axis, straight_profile
+from crispline.region.narrow.coaxial import (
+    Fits,
+    Site,
+    coaxial_sites,
+    goes_round,
+    is_on_axis,
+    straight_profile,
+)
 from crispline.region.narrow.layers import beside_others, layered
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
@@ -32,8 +38,6 @@ Mask = NDArray[np.bool_]
 _AROUND = 5  # rings about a site whose points are looked at
 _LOST = 2.0  # sigmas; points so far off both neighbours are on neither
 _MIN_LENGTH = 0.5  # of a line of the profile, spacings
-_COVERED = 0.75  # share of the circumference that must have points of every face
-_BIN = 3.0  # length of the pieces of the circumference that are asked, spacings
 _FAR = 0.9  # share of a face's points that are nearer to the other face than its ray points
 _SEEN = 0.1  # share of the points near a site that either side must have
 _EXPLAINED = 10.0  # by how much another profile must be more likely than the one there is, nats
@@ -65,7 +69,7 @@ def with_grooves(
         near = _near(site, label, evidence.graph)
         rows = np.flatnonzero(near[evidence.patch])
         points, owner = evidence.points[rows], label[evidence.patch[rows]]
-        if site.crumb is not None and not _goes_round(site.sweep, points[owner == site.crumb]):
+        if site.crumb is not None and not goes_round(site.sweep, points[owner == site.crumb]):
             continue
         flat = site.sweep.flattened(points)
         sigma = max(float(np.median(evidence.noise[rows])), options.swallowed_floor)
@@ -73,7 +77,7 @@ def with_grooves(
         if chain is None:
             continue
         parts = [points[chain.part == index + 1] for index in range(len(chain.lines))]
-        if not all(_goes_round(site.sweep, part) for part in parts):
+        if not all(goes_round(site.sweep, part) for part in parts):
             continue
         faces = [site.sweep.surface(line) for line in chain.lines]
         if any(face is None for face in faces):
@@ -161,16 +165,6 @@ def _ray(line: Line, own: Array, others: Array) -> Ray:
     away = own @ heading - float(np.median(others @ heading))
     far = np.quantile(away, _FAR if np.median(away) > 0.0 else 1.0 - _FAR)
     return Ray(line, own[np.argmin(np.abs(away - far))])
-
-
-def _goes_round(sweep: Revolution, points: Array) -> bool:
-    """Whether there are points ``(n, 3)`` all round the axis."""
-    if not len(points):
-        return False
-    x, y = ((points - sweep.origin) @ frame_about(sweep.axis)[:2].T).T
-    n_bins = max(int(2.0 * np.pi * float(np.median(np.hypot(x, y))) / _BIN), 6)
-    bins = np.floor((np.arctan2(y, x) / (2.0 * np.pi) % 1.0) * n_bins)
-    return len(np.unique(bins)) >= _COVERED * n_bins
 
 
 def _layers(

@@ -8,7 +8,7 @@ to the raw points that lie off the larger faces, explains all pieces at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,13 +20,13 @@ from crispline.options import RegionOptions
 from crispline.region.claim import MISFIT_CAP, Claim
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
+from crispline.region.narrow.coaxial import Fits, goes_round
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface import Cone, Cylinder, Plane, Surface, Torus
 from crispline.surface.base import Array
 
 Mask = NDArray[np.bool_]
-Fits = Mapping[int, RegionFit]
 
 _AROUND = 3  # rings about the borders of the neighbours, within which a face is looked for
 _OFF = 1.5  # sigmas; points farther from the larger faces than this are on none of them
@@ -38,7 +38,7 @@ _WITHIN = 0.9  # share of a crumb that must lie where the new face is looked for
 _SHARED = 0.5  # ... and of its lost points that must be on it, or the crumb stays
 _MAX_TILT = np.radians(3.0)  # of planes that count as being across an axis
 _MAX_OFFSET = 0.5  # of axes that count as one, spacings
-_ALONE = 2.0  # times the cost of a face that the surface of a single crumb must gain
+_ALONE = 2.0  # times the cost of a face that a single crumb must be worth
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,16 @@ class _Site:
 
 @dataclass(frozen=True)
 class _Ring:
-    """A surface about an axis, what it takes, and by how much it explains the points better."""
+    """A surface about an axis, what it takes, by how much it explains the points better.
+
+    It `completes` a crumb if its points go round the axis, and those of the crumb do not.
+    """
 
     surface: Surface
     field: Mask
     crumbs: tuple[int, ...]
     gain: float
+    completes: bool
 
 
 def with_rings(
@@ -88,7 +92,7 @@ def with_rings(
     A crumb gives way, with others along the same borders, to a surface of revolution about
     the axis of a larger neighbour if the points are explained no worse than by the crumbs, a
     face less counted as `options.face_cost`. For a single crumb they must be explained better
-    by what two faces cost.
+    by what two faces cost, unless it covers a part of a face that goes round.
 
     Parameters
     ----------
@@ -162,10 +166,9 @@ def _best(
             ring = _ring(site, sweep, fit_profile, label, fits, graph, options)
             if ring is not None and (best is None or ring.gain > best.gain + price):
                 best = ring
-    if best is None:
-        return None
-    least = _ALONE * options.face_cost if len(best.crumbs) == 1 else 0.0
-    return best if best.gain > least else None
+    is_alone = best is not None and len(best.crumbs) == 1 and not best.completes
+    least = _ALONE * options.face_cost if is_alone else 0.0
+    return best if best is not None and best.gain > least else None
 
 
 def _sweeps(site: _Site, label: Labels, fits: Fits, graph: PatchGraph) -> Iterator[Revolution]:
@@ -227,7 +230,10 @@ def _ring(
     if site.crumb not in crumbs:
         return None
     claimed = np.zeros(len(label), dtype=bool)
-    claimed[site.patch[lost & (site.misfit(surface) < 0.5 * _REACH**2)]] = True
+    is_on = lost & (site.misfit(surface) < 0.5 * _REACH**2)
+    claimed[site.patch[is_on]] = True
+    is_own = site.owner == site.crumb
+    completes = goes_round(sweep, site.points[is_on]) > goes_round(sweep, site.points[is_own])
     is_crumb = np.isin(label, crumbs)
     field = graph.rings(claimed, 1) & site.near & np.isin(label, site.larger) | is_crumb
     before_cost = np.min([site.off, *(site.misfit(fits[r].surface) for r in crumbs)], axis=0)
@@ -235,7 +241,8 @@ def _ring(
     # Of what noise takes off the larger faces, a surface that hugs them would explain some too.
     counts = np.isin(site.owner, crumbs) | (site.off > 0.5 * _FAR_OFF**2) & field[site.patch]
     gain = float((before_cost - after_cost)[counts].sum())
-    return _Ring(surface, field, tuple(crumbs), gain + options.face_cost * (len(crumbs) - 1))
+    gain += options.face_cost * (len(crumbs) - 1)
+    return _Ring(surface, field, tuple(crumbs), gain, completes)
 
 
 def _is_proper(surface: Surface) -> bool:
