@@ -12,7 +12,7 @@ from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Chain, Topology
 from crispline.sharp.locate import locate
-from crispline.surface import Cylinder, Plane, Similarity
+from crispline.surface import Cone, Cylinder, Plane, Similarity
 
 X, Y, Z = np.eye(3)
 TURN = 2.0 * np.pi
@@ -33,8 +33,9 @@ class Network:
     regions: dict = field(default_factory=dict)
     truth: list = field(default_factory=list)
 
-    def region(self, label, surface, orientation=1):
-        self.regions[label] = RegionFit(surface, orientation, np.zeros((0, 3)), np.zeros(0))
+    def region(self, label, surface, orientation=1, points=()):
+        points = np.reshape(points, (-1, 3)).astype(float)
+        self.regions[label] = RegionFit(surface, orientation, points, np.zeros(len(points)))
 
     def corner(self, *position):
         self.vertices.append(np.array(position, dtype=float))
@@ -163,6 +164,63 @@ def box_with_fillet(raggedness, seed, radius=5.0, lift=0.0):
     return network
 
 
+def nut(raggedness, seed, inside=0.0, lost=7.0):
+    """A prism of six sides (0 to 5), whose corners a cone turns (6 to 11), end (12) and base (13).
+
+    In the end the cone passes ``inside`` the middle of each side. For ``lost`` on either side of
+    it the labels show no cone.
+    """
+    apothem, depth, slope = 45.0, 40.0, np.tan(np.radians(30.0))
+    network = Network(raggedness, seed)
+    radius = apothem - inside
+    cone = Cone(radius * slope * Z, -Z, np.radians(60.0))
+
+    def place(k, aside, height=None):
+        """On side ``k``, this far aside of its middle; on the cone if no height is given."""
+        turn = TURN * k / 6.0
+        if height is None:
+            height = np.minimum(slope * (radius - np.hypot(apothem, aside)), 0.0)
+        across = np.outer(np.full(np.shape(aside), apothem), [np.cos(turn), np.sin(turn)])
+        along = np.outer(aside, [-np.sin(turn), np.cos(turn)])
+        return np.column_stack([across + along, np.broadcast_to(height, np.shape(aside))])
+
+    half = apothem * slope
+    for k in range(6):
+        network.region(
+            k, Plane(place(k, np.zeros(1), 0.0)[0], place(k, np.zeros(1), 0.0)[0] / apothem)
+        )
+        network.region(6 + k, cone, 1, place(k, np.linspace(lost, half, 9)))
+    network.region(12, Plane(np.zeros(3), Z))
+    network.region(13, Plane(-depth * Z, -Z))
+    tips = [
+        [network.corner(*place(k, np.array([side * lost]), 0.0)[0]) for side in (-1, 1)]
+        for k in range(6)
+    ]
+    shoulders = [network.corner(*place(k, np.array([half]))[0]) for k in range(6)]
+    feet = [network.corner(*place(k, np.array([half]), -depth)[0]) for k in range(6)]
+    for k in range(6):
+        following = (k + 1) % 6
+        before, after = tips[k][1], tips[following][0]
+
+        def arc(t, k=k):
+            angle = TURN * (k + t) / 6.0 + np.arctan2(lost, apothem) * (1.0 - 2.0 * t)
+            return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0.0 * t])
+
+        def rise(t, k=k):
+            return place(k, lost + t * (half - lost))
+
+        def fall(t, k=following):
+            return place(k, -half + t * (half - lost))
+
+        network.chain(12, k, *tips[k])
+        network.chain(12, 6 + k, before, after, arc)
+        network.chain(6 + k, k, before, shoulders[k], rise)
+        network.chain(6 + k, following, shoulders[k], after, fall)
+        network.chain(following, k, shoulders[k], feet[k])
+        network.chain(13, k, feet[k], feet[k - 1])
+    return network
+
+
 def hip_roof(raggedness, seed, mismatch=0.0, ridge=2.0):
     """A pyramid whose labels show a short ridge; two opposite faces are lifted by ``mismatch``."""
     base, height = 10.0, 8.0
@@ -206,5 +264,5 @@ def equal_cylinders(raggedness, seed, difference=0.0):
 @pytest.fixture
 def shapes():
     """The makers above, by name."""
-    makers = (Network, ring, length, box, box_with_fillet, hip_roof, equal_cylinders)
+    makers = (Network, ring, length, box, box_with_fillet, nut, hip_roof, equal_cylinders)
     return {maker.__name__: maker for maker in makers}

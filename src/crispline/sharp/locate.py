@@ -7,7 +7,7 @@ where. Corners come first, then the curves between them.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -40,6 +40,7 @@ from crispline.sharp.network import (
 from crispline.sharp.revise import collapsible_chain, split_at_branches
 from crispline.sharp.rim import split_at_kinks
 from crispline.sharp.tears import mended
+from crispline.sharp.touch import met_at_touches
 from crispline.sharp.trace import guide_along
 from crispline.surface.base import Array
 
@@ -91,10 +92,13 @@ def locate(
     """
     search = _Search(regions, cloud, sigma, _thinning(cloud), options, is_sculpture)
     doubts: list[Doubt] = []
+    touches: set[int] = set()
     if not is_sculpture:
         topology, torn = mended(topology, net_vertices, regions, cloud)
         doubts += [_torn(chain, net_vertices) for chain in torn]
         topology = split_at_branches(topology, net_vertices, regions)
+        found = met_at_touches(topology, net_vertices, regions, options)
+        topology, net_vertices, touches = found
     topology, net_vertices = split_at_kinks(topology, net_vertices, options)
     anchors = corner_vertices(topology)
     borders = [search.border(chain, net_vertices, anchors) for chain in topology.chains]
@@ -117,7 +121,7 @@ def locate(
         )
         doubts.append(Doubt(text, net_vertices[kept]))
     creases = [
-        search.crease(chain, border, corners)
+        search.crease(chain, border, corners, touches)
         for chain, border in zip(topology.chains, borders, strict=True)
     ]
     doubts += _doubts(topology, corners, borders, creases)
@@ -176,16 +180,20 @@ class _Search:
             self.options,
         )
 
-    def crease(self, chain: Chain, border: Border, corners: Mapping[int, Corner]) -> Crease:
-        """The curve of a border."""
-        ends = None
+    def crease(
+        self, chain: Chain, border: Border, corners: Mapping[int, Corner], touches: Collection[int]
+    ) -> Crease:
+        """The curve of a border; it goes all the way to a corner where surfaces touch."""
+        ends, options = None, self.options
         if not border.guide.is_closed:
             start, end = int(chain.vertices[0]), int(chain.vertices[-1])
             ends = (corners[start].position, corners[end].position)
+            if start in touches or end in touches:
+                options = replace(options, corner_gap=0.0)
         if self.is_sculpture:
             return drawn_crease(border, ends)
         max_cloud_distance = self.thinning * self.options.crease_cloud_distance + 2.0 * self.sigma
-        return locate_crease(border, ends, self.cloud, max_cloud_distance, self.options)
+        return locate_crease(border, ends, self.cloud, max_cloud_distance, options)
 
 
 def _thinning(cloud: cKDTree) -> float:

@@ -99,6 +99,14 @@ def rotated(topology: Topology, index: int, position: int) -> Topology:
     return replace(topology, chains=chains)
 
 
+def shortened(topology: Topology, index: int) -> Topology:
+    """Leave only the two ends of a chain."""
+    chain = topology.chains[index]
+    direct = replace(chain, vertices=chain.vertices[[0, -1]])
+    chains = (*topology.chains[:index], direct, *topology.chains[index + 1 :])
+    return replace(topology, chains=chains)
+
+
 def successors(topology: Topology) -> dict[Use, Use]:
     """What follows every use of a chain in its loop."""
     return {

@@ -71,12 +71,12 @@ def collapsible_chain(
         is_one_point = np.linalg.norm(located) <= options.collapse_distance
         is_reversed = located @ in_net < 0.0 and length < _REVERSED_LENGTH
         is_spurious = length < options.collapse_length and (is_one_point or is_reversed)
-        if is_spurious and _loops_keep_two(topology, index):
+        if is_spurious and loops_keep_two(topology, index):
             return index
     return None
 
 
-def _loops_keep_two(topology: Topology, index: int) -> bool:
+def loops_keep_two(topology: Topology, index: int) -> bool:
     """Whether every loop through a chain has at least two others."""
     return all(
         len(loop) > 2

@@ -65,7 +65,7 @@ def coaxial_sites(
     ends = np.sort(label[graph.pairs], axis=1)
     ends = ends[ends[:, 0] != ends[:, 1]]
     borders, sides = np.unique(ends, axis=0, return_counts=True)
-    for sweep in _axes(fits, size, options):
+    for sweep in axes(fits, size, options):
         about = {
             name: line
             for name, fit in fits.items()
@@ -110,7 +110,7 @@ def _is_explained(fit: RegionFit, noise: float, options: RegionOptions) -> bool:
     return n_points > 0 and is_pure_noise(rms(fit.residuals), n_points, sigma)
 
 
-def _axes(fits: Fits, size: Labels, options: RegionOptions) -> Iterator[Revolution]:
+def axes(fits: Fits, size: Labels, options: RegionOptions) -> Iterator[Revolution]:
     """Axes of the larger faces, each once."""
     known: list[Revolution] = []
     for name in sorted(fits, key=lambda name: (-size[name], name)):

@@ -17,6 +17,7 @@ from crispline.region.narrow.ends import with_ends
 from crispline.region.narrow.groove import with_grooves
 from crispline.region.narrow.necks import with_necks
 from crispline.region.narrow.openings import with_openings
+from crispline.region.narrow.pieces import shared_by_pieces
 from crispline.region.narrow.ring import with_rings
 from crispline.region.narrow.rounds import with_rounds
 from crispline.region.narrow.step import with_step_walls
@@ -75,6 +76,9 @@ def restored(
     new, grooves = with_grooves(label, fits, evidence, quads, options)
     if grooves:
         settle(new, grooves)
+    pieces = shared_by_pieces(label, fits, evidence, options)
+    if pieces:
+        settle(expand_regions(label, {**fits, **pieces}, evidence, options), pieces)
     new, walls = with_step_walls(label, fits, evidence, options)
     if walls:
         settle(new, walls)
