@@ -17,7 +17,7 @@ AXIS = np.array([0.0, 0.0, 1.0])
 OPTIONS = RegionOptions()
 
 
-def nut(rise=(0.0,) * N_SIDES, n_sides=N_SIDES, seed=0):
+def nut(rise=(0.0,) * N_SIDES, slope=SLOPE, seed=0):
     """Patches of a bore (0) and of the crescents (1, 2, ...) that a cone cuts off a prism.
 
     Each crescent stands a ``rise`` above the cone. Its fit is the plane that its points tell.
@@ -26,22 +26,22 @@ def nut(rise=(0.0,) * N_SIDES, n_sides=N_SIDES, seed=0):
     spoke = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=-1).reshape(-1, 3)
     points, normals = [BORE * spoke + height.reshape(-1, 1) * AXIS], [-spoke]
     label = [np.zeros(len(spoke), dtype=int)]
-    half = np.pi / n_sides
-    for k in range(n_sides):
+    half = np.pi / N_SIDES
+    for k in range(N_SIDES):
         x, y = (part.ravel() for part in np.meshgrid(np.arange(28.5, 45.0), np.arange(-20.5, 20.0)))
         radius, angle = np.hypot(x, y), np.arctan2(y, x)
         aside = np.abs(np.abs(angle) - half)
         inside = (radius > INRADIUS) & (np.abs(angle) < half) & (radius * np.cos(aside) < INRADIUS)
         radius, angle = radius[inside], angle[inside] + 2.0 * k * half
         around = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
-        z = rise[k] - SLOPE * (radius - INRADIUS)
+        z = rise[k] - slope * (radius - INRADIUS)
         points.append(radius[:, None] * around + z[:, None] * AXIS)
-        normals.append((SLOPE * around + AXIS) / np.hypot(SLOPE, 1.0))
+        normals.append((slope * around + AXIS) / np.hypot(slope, 1.0))
         label.append(np.full(len(radius), k + 1))
     points, normals, label = (np.concatenate(part) for part in (points, normals, label))
     evidence = witnessed(points, normals, np.empty((0, 2), dtype=int), SIGMA, seed)
     fits = {0: held_fit(Cylinder(np.zeros(3), AXIS, BORE), np.flatnonzero(label == 0), evidence)}
-    for k in range(1, n_sides + 1):
+    for k in range(1, N_SIDES + 1):
         own = label[evidence.patch] == k
         plane = fit_plane(evidence.points[own], evidence.normals[own], SIGMA)
         fits[k] = fitted_region(plane, evidence.points[own], evidence.normals[own], True)
@@ -70,4 +70,9 @@ def test_a_crescent_at_another_height_keeps_its_own_surface():
 
 def test_two_are_too_few():
     label, fits, evidence = nut(rise=(0.0, 0.6, 1.2, 0.0, 1.8, 2.4))
+    assert not shared_by_pieces(label, fits, evidence, OPTIONS)
+
+
+def test_pieces_of_a_plane_across_the_axis_are_none_of_a_cone():
+    label, fits, evidence = nut(slope=0.0)
     assert not shared_by_pieces(label, fits, evidence, OPTIONS)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from crispline.fit.cone import MAX_HALF_ANGLE, MIN_HALF_ANGLE
 from crispline.fit.residual import rms
 from crispline.fit.swept import Line, Revolution, fit_line
 from crispline.fit.verdict import is_pure_noise
@@ -18,7 +19,7 @@ from crispline.region.fitting import fitted_region
 from crispline.region.narrow.coaxial import Fits, axes
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Cone, Cylinder, Surface
+from crispline.surface import Cone, Surface
 from crispline.surface.base import Array
 
 _MIN_PIECES = 3
@@ -29,9 +30,9 @@ _SAME = 0.5  # distance of the median of a piece from the line of another, spaci
 def shared_by_pieces(
     label: Labels, fits: Fits, evidence: Evidence, options: RegionOptions
 ) -> dict[int, RegionFit]:
-    """The common cones and cylinders of small faces about the axis of a larger one.
+    """The common cones of small faces about the axis of a larger one.
 
-    At least three faces share a surface, if it leaves nothing but noise in the points of each
+    At least three faces share a cone, if it leaves nothing but noise in the points of each
     and no more than the parameters of a surface of its own are worth.
 
     Parameters
@@ -62,7 +63,7 @@ def shared_by_pieces(
 def _pieces(
     names: list[int], sweep: Revolution, label: Labels, fits: Fits, evidence: Evidence
 ) -> tuple[list[int], Surface | None]:
-    """Those of some faces that share a surface with the first, and this surface."""
+    """Those of some faces that share a cone with the first, and the cone; None if it is none."""
     flat = {name: sweep.flattened(fits[name].points) for name in names}
     noise = {name: float(np.median(evidence.patch_noise[label == name])) for name in names}
     sigma = max(noise.values())
@@ -76,8 +77,9 @@ def _pieces(
             _is_enough(_off(common, flat[member]), fits[member], noise[member]) for member in trial
         ):
             members, line = trial, common
-    surface = None if line is None else sweep.surface(line)
-    return members, surface if isinstance(surface, Cone | Cylinder) else None
+    cone = None if line is None else sweep.surface(line)
+    is_cone = isinstance(cone, Cone) and MIN_HALF_ANGLE < cone.half_angle < MAX_HALF_ANGLE
+    return members, cone if is_cone else None
 
 
 def _off(line: Line, flat: Array) -> Array:
