@@ -6,8 +6,8 @@ from scipy.spatial import cKDTree
 
 from crispline.options import LocateOptions
 from crispline.sharp.corner import locate_corner
-from crispline.sharp.intersect import intersect
 from crispline.surface import Cone, Cylinder, Plane, Sphere, unit
+from crispline.surface.intersect import intersect
 
 X, Y, Z = np.eye(3)
 ORIGIN = np.zeros(3)

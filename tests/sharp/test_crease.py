@@ -8,7 +8,6 @@ from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.sharp.contact import Contact
 from crispline.sharp.crease import border_between, locate_crease
-from crispline.sharp.intersect import intersect
 from crispline.sharp.network import corner_vertices, split
 from crispline.sharp.trace import forward, guide_along, is_sane
 from crispline.surface import (
@@ -21,6 +20,7 @@ from crispline.surface import (
     perpendicular_frame,
     unit,
 )
+from crispline.surface.intersect import intersect
 
 X, Y, Z = np.eye(3)
 ORIGIN = np.zeros(3)

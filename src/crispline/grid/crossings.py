@@ -12,8 +12,8 @@ from crispline.grid.assign import depth
 from crispline.grid.lattice import Mask
 from crispline.grid.localfit import Sides, Support
 from crispline.options import SharpenOptions
-from crispline.sharp.intersect import newton_step
 from crispline.surface.base import Array
+from crispline.surface.intersect import newton_step
 
 Index = NDArray[np.int64]
 _MAX_STEPS = 12

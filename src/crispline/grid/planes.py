@@ -15,8 +15,8 @@ from crispline.grid.isolines import IsoLine
 from crispline.grid.lattice import Lattice
 from crispline.grid.localfit import Sides
 from crispline.grid.models import EXPONENTS
-from crispline.sharp.intersect import newton_step
 from crispline.surface.base import Array, perpendicular_frame
+from crispline.surface.intersect import newton_step
 
 Index = NDArray[np.int64]
 

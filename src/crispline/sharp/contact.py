@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.sharp.intersect import angles, distance, intersect
 from crispline.sharp.trace import MAX_MOVE, Guide
 from crispline.surface import Surface
 from crispline.surface.base import Array, unit
+from crispline.surface.intersect import angles, distance, intersect
 
 _DIFFERENCE = 0.05
 _MIN_RATE = 2e-3

@@ -9,15 +9,15 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crispline.options import LocateOptions
-from crispline.sharp.intersect import (
+from crispline.surface import Surface
+from crispline.surface.base import Array
+from crispline.surface.intersect import (
     Constraint,
     damped_intersect,
     distance,
     equations,
     intersect,
 )
-from crispline.surface import Surface
-from crispline.surface.base import Array
 
 _DAMPING = 0.1
 _EXACT = 1e-6

@@ -17,12 +17,12 @@ from crispline.curve import Curve, interpolated, line_through, resampled
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.sharp.contact import Branch, Contact
-from crispline.sharp.intersect import Constraint, angles, distance, intersect
 from crispline.sharp.refine import curve_along
 from crispline.sharp.rim import rim_curve
 from crispline.sharp.trace import MAX_MOVE, Guide, forward, is_sane, traced
 from crispline.surface import Surface
 from crispline.surface.base import Array
+from crispline.surface.intersect import Constraint, angles, distance, intersect
 
 N_SAMPLES = 200
 """Points per curve at which its distance to the surfaces is measured."""

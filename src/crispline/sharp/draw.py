@@ -17,10 +17,10 @@ from crispline.region.regionfit import RegionFit
 from crispline.sharp.contact import Contact
 from crispline.sharp.corner import Corner
 from crispline.sharp.crease import Border, Crease, curve_gap, smoothed_crease
-from crispline.sharp.intersect import distance, newton_step
 from crispline.sharp.trace import Guide, forward
 from crispline.surface import Surface
 from crispline.surface.base import Array
+from crispline.surface.intersect import distance, newton_step
 
 N_SAMPLES = 25
 """Points per curve at which its distance to the surfaces is measured."""

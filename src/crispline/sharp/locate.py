@@ -29,7 +29,6 @@ from crispline.sharp.crease import (
 from crispline.sharp.doubt import Doubt
 from crispline.sharp.draw import N_SAMPLES as N_DRAWN
 from crispline.sharp.draw import drawn_border, drawn_corner, drawn_crease
-from crispline.sharp.intersect import distance, intersect
 from crispline.sharp.network import (
     chains_at,
     chains_by_end,
@@ -43,6 +42,7 @@ from crispline.sharp.tears import mended
 from crispline.sharp.touch import met_at_touches
 from crispline.sharp.trace import guide_along
 from crispline.surface.base import Array
+from crispline.surface.intersect import distance, intersect
 
 _MAX_THINNING = 4.0
 _OPPOSITE = np.radians(120.0)  # sides of a wall that face away from each other so much ...

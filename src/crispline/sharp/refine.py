@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from crispline.curve import Curve, circle_through, interpolated, line_through, resampled
 from crispline.options import LocateOptions
-from crispline.sharp.intersect import (
+from crispline.surface.base import Array
+from crispline.surface.intersect import (
     Constraint,
     distance,
     intersect,
     newton_step,
     tangents,
 )
-from crispline.surface.base import Array
 
 _MAX_NODES = 200
 _SAME = 1e-9

@@ -19,12 +19,12 @@ from crispline.curve import (
 )
 from crispline.options import LocateOptions
 from crispline.region.topology import Topology
-from crispline.sharp.intersect import Constraint, intersect
 from crispline.sharp.network import corner_vertices, rotated, split
 from crispline.sharp.refine import curve_along
 from crispline.sharp.trace import Guide, forward, smoothing_rounds
 from crispline.surface import Plane, Surface
 from crispline.surface.base import Array, unit
+from crispline.surface.intersect import Constraint, intersect
 
 _ARM = 8  # net vertices on either side of a corner that must be straight ...
 _SKIP = 2  # ... without those next to it, which the end of the points rounds off

@@ -20,11 +20,11 @@ from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Topology
 from crispline.sharp.contact import Contact
 from crispline.sharp.crease import Border, touching_border
-from crispline.sharp.intersect import intersect, newton_step
 from crispline.sharp.network import corner_vertices
 from crispline.sharp.trace import MAX_MOVE, guide_along
 from crispline.surface import Surface
 from crispline.surface.base import Array
+from crispline.surface.intersect import intersect, newton_step
 
 _N_PLACES = 9
 _CORRECTIONS = 2

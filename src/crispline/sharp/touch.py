@@ -16,11 +16,11 @@ import numpy as np
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Chain, Topology
-from crispline.sharp.intersect import intersect
 from crispline.sharp.network import chains_at, contracted, labels_beside, shortened
 from crispline.sharp.revise import loops_keep_two
 from crispline.sharp.trace import MAX_MOVE, guide_along
 from crispline.surface.base import Array
+from crispline.surface.intersect import intersect
 
 _LOST = 0.8  # a tip of a face that is nowhere wider than this may have no label, spacings
 _STRAIGHT = 1e-3  # a surface whose distance bends less along an edge crosses it, spacings

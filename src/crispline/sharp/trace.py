@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crispline.curve import arc_length, resampled, smoothed
-from crispline.sharp.intersect import Constraint, intersect, tangents
 from crispline.surface.base import Array, unit
+from crispline.surface.intersect import Constraint, intersect, tangents
 
 MAX_MOVE = 3.0
 """A ragged chain lies this close to the curve it stands for, spacings."""

@@ -7,23 +7,29 @@ But the axis is known, from the bore or the shank, and about it one line explain
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from crispline.fit.cone import MAX_HALF_ANGLE, MIN_HALF_ANGLE
 from crispline.fit.residual import rms
 from crispline.fit.swept import Line, Revolution, fit_line
 from crispline.fit.verdict import is_pure_noise
+from crispline.net.graph import components
 from crispline.options import RegionOptions
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import fitted_region
 from crispline.region.narrow.coaxial import Fits, axes
-from crispline.region.patches import Labels
+from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface import Cone, Surface
 from crispline.surface.base import Array
+from crispline.surface.intersect import intersect
 
 _MIN_PIECES = 3
 _MIN_POINTS = 10  # of a piece
+_NECK = 0.15  # height of the edge over the cone where they are one, spacings
+_MEET = 0.1  # faces that meet have points so near to both, spacings
 _SAME = 0.5  # distance of the median of a piece from the line of another, spacings
 
 
@@ -58,6 +64,45 @@ def shared_by_pieces(
                     found[name] = fitted_region(surface, fit.points, normals, True)
             small = [name for name in small[1:] if name not in found]
     return found
+
+
+def bridged(
+    label: Labels, fits: Fits, pieces: Fits, graph: PatchGraph, options: RegionOptions
+) -> Labels:
+    """Labels in which pieces of a cone are one over the narrow necks between them.
+
+    A neck is where the edge of two other faces would stand out of the cone.
+
+    Parameters
+    ----------
+    label, fits : regions and surface of each.
+    pieces : what :func:`shared_by_pieces` has found.
+    """
+    label = label.copy()
+    cones = {id(fit.surface): fit.surface for fit in pieces.values()}
+    for cone in cones.values():
+        names = [name for name, fit in pieces.items() if fit.surface is cone]
+        near = np.stack([graph.rings(label == name, 1) for name in names])
+        beside = np.setdiff1d(label[near.any(axis=0)], names).tolist()
+        ends = np.sort(label[graph.pairs], axis=1)
+        for pair in combinations(beside, 2):
+            neck = np.isin(label, pair) & (near.sum(axis=0) > 1)  # where tips touch each other
+            neck[graph.pairs[(ends == pair).all(axis=1)]] = True
+            neck &= np.abs(cone.signed_distance(graph.points)) < options.ring_gap
+            stretch = components(graph.adjacency, neck)
+            for part in np.unique(stretch[neck]).tolist():
+                own = neck & (stretch == part)
+                joined = np.intersect1d(label[graph.rings(own, 1)], names)
+                if not len(joined):
+                    continue
+                edge, gap = intersect(graph.points[own], [fits[side].surface for side in pair])
+                away = np.linalg.norm(edge - graph.points[own], axis=1)
+                out = pieces[int(joined[0])].orientation * cone.signed_distance(edge)
+                meet = gap.max() < _MEET and away.max() < options.ring_gap
+                if meet and out.min() > _NECK:
+                    wide = graph.rings(own, 1) & np.isin(label, pair)  # a row would not last
+                    label[wide | np.isin(label, joined)] = joined[0]
+    return label
 
 
 def _pieces(

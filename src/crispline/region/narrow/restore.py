@@ -17,7 +17,7 @@ from crispline.region.narrow.ends import with_ends
 from crispline.region.narrow.groove import with_grooves
 from crispline.region.narrow.necks import with_necks
 from crispline.region.narrow.openings import with_openings
-from crispline.region.narrow.pieces import shared_by_pieces
+from crispline.region.narrow.pieces import bridged, shared_by_pieces
 from crispline.region.narrow.ring import with_rings
 from crispline.region.narrow.rounds import with_rounds
 from crispline.region.narrow.step import with_step_walls
@@ -78,7 +78,8 @@ def restored(
         settle(new, grooves)
     pieces = shared_by_pieces(label, fits, evidence, options)
     if pieces:
-        settle(expand_regions(label, {**fits, **pieces}, evidence, options), pieces)
+        new = expand_regions(label, {**fits, **pieces}, evidence, options)
+        settle(bridged(new, fits, pieces, graph, options), pieces)
     new, walls = with_step_walls(label, fits, evidence, options)
     if walls:
         settle(new, walls)

@@ -31,6 +31,7 @@ AROUND = 4
 
 _BESIDE = 0.5  # share of a crumb's border that is with the two faces
 _LARGER = 2  # times the smallest crumb is large enough for a face beside it
+_NARROW = 5.0  # a flat strip of this width may be the middle of a round, patches
 _FARTHER = 3.0  # times as far from the edge as the stretch goes, a crumb may be a piece of a round
 _MIN_ANGLE, _MAX_ANGLE = np.radians(25.0), np.radians(155.0)  # between the faces' normals
 _MAX_TILT = np.radians(3.0)  # of surfaces that count as being about one axis ...
@@ -50,6 +51,7 @@ class Stretch:
     cosine : of the angle between the outward normals.
     points, noise, owner : of the points, and their regions, shape ``(n, 3)``, ``(n,)``, ``(n,)``.
     heights : above either face, outside positive, shape ``(2, n)``.
+    width : of the widest crumb that is a strip all along, spacings, else 0.
     known : misfit of the points with the faces and rounds, shape ``(n,)``.
     """
 
@@ -64,6 +66,7 @@ class Stretch:
     owner: Labels
     heights: Array
     known: Array
+    width: float
 
     @property
     def reach(self) -> float:
@@ -73,7 +76,7 @@ class Stretch:
         a larger round: planes take the patches of it where it leaves them slowly.
         """
         is_straight = isinstance(self.sweep, Translation)
-        return _FARTHER * AROUND if self.crumbs and is_straight else AROUND
+        return _FARTHER * AROUND if self.crumbs and is_straight else AROUND + self.width
 
     def without(self, crumbs: list[int], label: Labels) -> Stretch:
         """The same without some crumbs and the points on them."""
@@ -124,9 +127,15 @@ def stretches(
         for (a, b), n in zip(borders.tolist(), lengths.tolist(), strict=True)
         if n >= options.step_sides
     }
-    for region in np.unique(before)[is_crumb[np.unique(before)]].tolist():
+    width: dict[int, float] = {}  # of the strips among the crumbs, spacings
+    for region in np.setdiff1d(before, list(rounds)).tolist():
         own = (borders == region).any(axis=1)
         beside, sides = borders[own].sum(axis=1) - region, lengths[own]
+        if not is_crumb[region]:
+            across = 2.0 * float(size[region]) / max(float(sides.sum()), 1.0)
+            if across > _NARROW or not isinstance(fits[region].surface, Plane | Cone):
+                continue
+            width[region] = across * graph.edge_length
         for i, j in combinations(range(len(beside)), 2):
             if sides[i] + sides[j] > _BESIDE * sides.sum() and min(sides[i], sides[j]) > 1:
                 pair = sorted((int(beside[i]), int(beside[j])))
@@ -152,7 +161,8 @@ def stretches(
             ending = tuple(name for name in others if name in rounds or _is_round(fits[name]))
             stretch = _stretch((a, b), kept, ending, field, sweep, label, fits, evidence, options)
             if stretch is not None:
-                yield stretch
+                widest = max((width.get(crumb, 0.0) for crumb in kept), default=0.0)
+                yield replace(stretch, width=widest)
 
 
 def _is_round(fit: RegionFit) -> bool:
@@ -224,7 +234,7 @@ def _stretch(
     distance = np.stack([*heights, *(fits[r].surface.signed_distance(points) for r in rounds)])
     known = misfit(np.abs(distance).min(axis=0), noise)
     return Stretch(
-        faces, crumbs, rounds, field, sweep, cosine, points, noise, owner, heights, known
+        faces, crumbs, rounds, field, sweep, cosine, points, noise, owner, heights, known, 0.0
     )
 
 

@@ -1,8 +1,8 @@
-"""Pieces of one narrow plane, with gaps where the faces on its two sides touch.
+"""Pieces of one narrow face, with gaps where the faces on its two sides touch.
 
 Where a face is two patches wide, noise cuts it: the pieces no longer share a border, so nothing
 asks whether they are one. But they stand between the same two faces, and one plane explains
-them.
+them. Others touch, each with what a few points tell, until all borders have come to rest.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from crispline.options import FitOptions, RegionOptions
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Plane
+from crispline.surface import Plane, Surface
 from crispline.surface.base import Array
 
 _SAME_WAY = np.cos(np.radians(20.0))  # between the normals of pieces of one plane
+_KINDS = ("plane", "cylinder", "cone")
 _BESIDE = 0.5  # share of a piece's border that is with the two faces
 
 Fits = Mapping[int, RegionFit]
@@ -35,7 +36,7 @@ def joined_strips(
     options: RegionOptions,
     fit_options: FitOptions,
 ) -> Labels:
-    """Labels after closing the gaps between pieces of one plane.
+    """Labels after joining small pieces of one face, and closing the gaps between those of a plane.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ def joined_strips(
         off = np.where(label == pair[0], *own)  # of patches from the face they were given to
         name = {piece: piece for piece in pieces}
         for first, second in combinations(pieces, 2):
-            plane = _common_plane([fits[first], fits[second]], evidence, fit_options)
+            plane = _common_surface([fits[first], fits[second]], evidence, fit_options)
             if plane is None:
                 continue
             miss = np.abs(plane.signed_distance(graph.points))
@@ -117,7 +118,7 @@ def _touching(
     options: RegionOptions,
     fit_options: FitOptions,
 ) -> Iterator[list[int]]:
-    """Planes that go on into each other, however short their border, as one plane explains all.
+    """Faces that go on into each other, however short their border, as one surface explains all.
 
     One of two at least is small: so are the pieces of the rim of a thin wall that turns corners.
     """
@@ -129,17 +130,18 @@ def _touching(
             continue
         merging = [group for group in groups if first in group or second in group]
         names = sorted({first, second}.union(*merging))
-        if _common_plane([fits[name] for name in names], evidence, fit_options) is not None:
+        if _common_surface([fits[name] for name in names], evidence, fit_options) is not None:
             groups = [group for group in groups if group not in merging]
             groups.append(names)
     yield from groups
 
 
-def _common_plane(
+def _common_surface(
     pieces: Sequence[RegionFit], evidence: Evidence, options: FitOptions
-) -> Plane | None:
-    """The plane that explains planes that face the same way; None if none does."""
-    if not all(isinstance(piece.surface, Plane) for piece in pieces):
+) -> Surface | None:
+    """What explains faces of one kind, on the same side of it; None if nothing does."""
+    kind = pieces[0].surface.kind
+    if kind not in _KINDS or any(piece.surface.kind != kind for piece in pieces):
         return None
     parts = []
     for piece in pieces:
@@ -148,8 +150,10 @@ def _common_plane(
     if any(len(points) == 0 for points, _ in parts):
         return None
     headings = np.stack([normals[0] for _, normals in parts])
-    if (headings @ headings[0] < _SAME_WAY).any():
+    if kind == "plane" and (headings @ headings[0] < _SAME_WAY).any():
         return None
-    sigma = float(np.median(evidence.noise))
-    plane = fit_jointly(("plane",), parts, sigma, options)
-    return plane if isinstance(plane, Plane) else None
+    common = fit_jointly((kind,), parts, float(np.median(evidence.noise)), options)
+    if common is None:
+        return None
+    sides = [np.einsum("ij,ij->", common.project(points)[1], normals) for points, normals in parts]
+    return common if len(set(np.sign(sides))) == 1 else None
