@@ -21,6 +21,7 @@ from crispline.region.narrow.pieces import bridged, shared_by_pieces
 from crispline.region.narrow.ring import with_rings
 from crispline.region.narrow.rounds import with_rounds
 from crispline.region.narrow.step import with_step_walls
+from crispline.region.narrow.straights import with_straights
 from crispline.region.narrow.strips import joined_strips
 from crispline.region.narrow.wedge import with_wedges
 from crispline.region.patches import Labels, PatchGraph
@@ -63,6 +64,10 @@ def restored(
     whole = with_necks(label, fits, evidence, options)
     if not np.array_equal(whole, label):
         settle(whole, {})
+    new, bends = with_straights(label, fits, evidence, options)
+    if bends:
+        new = expand_regions(new, {**fits, **bends}, evidence, options)
+        settle(new, bends)
     new, walls = with_openings(label, fits, evidence, options)
     if walls:
         settle(new, walls)
