@@ -13,6 +13,7 @@ from crispline.region.cleanup import tidy
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.fitting import held_fit
+from crispline.region.narrow.balls import with_balls
 from crispline.region.narrow.ends import with_ends
 from crispline.region.narrow.groove import with_grooves
 from crispline.region.narrow.necks import with_necks
@@ -74,6 +75,9 @@ def restored(
     new, rounds = with_rounds(label, fits, evidence, options)
     if rounds:
         settle(closed_rings(new, rounds, graph, options), rounds)
+    new, balls = with_balls(label, fits, evidence, options)
+    if balls:
+        settle(expand_regions(new, {**fits, **balls}, evidence, options), balls)
     new, rings = with_rings(label, fits, evidence, options)
     if rings:
         new = expand_regions(new, {**fits, **rings}, evidence, options)
