@@ -1,5 +1,7 @@
 """Narrow fillets between known faces, straight and about an axis."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from turned import SIGMA, turned
@@ -101,6 +103,35 @@ def test_a_sharp_edge_stays_sharp(is_straight):
 def test_a_chamfer_is_no_round():
     made, label, _ = part([(EDGE - 2.0, 0.0), (EDGE, -2.0)], is_straight=True)
     assert not found(made, label, is_straight=True)[1]
+
+
+def with_strip(breaking):
+    """A broken edge that one plane stands for, in more patches than a crumb has."""
+    made, label, is_broken = part(breaking, is_straight=True)
+    label = np.where(is_broken, CRUMB, label)
+    normal = (UP + ACROSS) / np.sqrt(2.0)
+    middle = made.evidence.graph.points[is_broken].mean(axis=0)
+    known = {**surfaces(is_straight=True), CRUMB: Plane(middle, normal)}
+    options = replace(OPTIONS, max_pruned_patches=100)
+    assert is_broken.sum() > options.max_pruned_patches
+    return label, *with_rounds(label, made.fits(known, label), made.evidence, options)
+
+
+def test_a_long_strip_of_a_plane_gives_way_to_the_round_it_stands_for():
+    turns = np.linspace(0.0, 0.5 * np.pi, 6)
+    inner = EDGE - RADIUS
+    arc = [(inner + RADIUS * np.sin(t), -RADIUS * (1.0 - np.cos(t))) for t in turns]
+    label, new, rounds = with_strip(arc)
+    ((name, fit),) = rounds.items()
+    assert (new[label == CRUMB] == name).mean() > 0.9
+    assert isinstance(fit.surface, Cylinder)
+    assert fit.surface.radius == pytest.approx(RADIUS, abs=0.2)
+
+
+def test_a_long_strip_of_a_chamfer_stays():
+    label, new, rounds = with_strip([(EDGE - 2.0, 0.0), (EDGE, -2.0)])
+    assert not rounds
+    np.testing.assert_array_equal(new, label)
 
 
 CORNER, LENGTH, DEPTH = 18.0, 60, 14.0  # radius of the plate's corner, its sides, its wall

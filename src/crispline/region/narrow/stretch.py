@@ -30,6 +30,7 @@ AROUND = 4
 """Rings of patches about the border that belong to a stretch."""
 
 _BESIDE = 0.5  # share of a crumb's border that is with the two faces
+_MAX_STRIP = 6.0  # patches; a plane that is narrower, however long, may stand for a round
 _LARGER = 2  # times the smallest crumb is large enough for a face beside it
 _NARROW = 5.0  # a flat strip of this width may be the middle of a round, patches
 _FARTHER = 3.0  # times as far from the edge as the stretch goes, a crumb may be a piece of a round
@@ -121,6 +122,9 @@ def stretches(
     borders, lengths = np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0, return_counts=True)
     size = np.bincount(before)
     is_crumb = size <= options.max_pruned_patches
+    sides_of = np.bincount(borders.ravel(), np.repeat(lengths, 2), len(size))
+    for region in np.flatnonzero(size < 0.5 * _MAX_STRIP * sides_of).tolist():
+        is_crumb[region] |= isinstance(fits[region].surface, Plane)
     is_crumb &= ~np.isin(np.arange(len(size)), list(rounds))
     between: dict[tuple[int, int], list[int]] = {
         (a, b): []
