@@ -21,6 +21,8 @@ PARTS: dict[str, Callable[[], Any]] = {
         prismatic.two_bodies,
         prismatic.slotted_plate,
         prismatic.housing,
+        prismatic.rounded_box,
+        prismatic.sheet_channel,
         turned.flange,
         turned.cone_hub,
         turned.ball_rod,

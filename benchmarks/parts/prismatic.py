@@ -145,6 +145,23 @@ def housing() -> Any:
     return cut(shell, box((24, 10, 12), (33, -3, 15)), cylinder(8, 10, (-3, 30, 20), X))
 
 
+def rounded_box() -> Any:
+    """A box (60 x 45 x 30) with all edges rounded by 5: an eighth of a ball in every corner."""
+    return fillet(box((60, 45, 30)), 5.0, lambda m: True)
+
+
+def sheet_channel() -> Any:
+    """A channel (90 x 50 x 35) of sheet metal, 3 thick, bent on radius 2, with slots and holes."""
+    sheet = cut(box((90, 50, 35)), box((100, 44, 40), (-5, 3, 3)))
+    sheet = fillet(sheet, 5.0, lambda m: bool(m[2] < 1e-6 and min(m[1], 50 - m[1]) < 1e-6))
+    sheet = fillet(sheet, 2.0, lambda m: bool(abs(m[2] - 3) < 1e-6 and 1.0 < m[0] < 89.0))
+    for x in (20.0, 70.0):
+        ends = [cylinder(4, 20, (x + s, 25, -5)) for s in (-6.0, 6.0)]
+        slot = fuse(box((12, 8, 20), (x - 6, 21, -5)), *ends)
+        sheet = cut(sheet, slot, cylinder(4, 70, (x, -5, 20), Y))
+    return sheet
+
+
 def _obround(y: float) -> Any:
     """What cuts a slot with round ends, 50 x 10."""
     ends = [cylinder(5, 30, (x, y, -5)) for x in (30.0, 70.0)]
