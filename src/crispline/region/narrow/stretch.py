@@ -30,9 +30,8 @@ AROUND = 4
 """Rings of patches about the border that belong to a stretch."""
 
 _BESIDE = 0.5  # share of a crumb's border that is with the two faces
-_MAX_STRIP = 6.0  # patches; a plane that is narrower, however long, may stand for a round
+_MAX_STRIP = 6.0  # patches; a plane or cone that is narrower, however long, may be of a round
 _LARGER = 2  # times the smallest crumb is large enough for a face beside it
-_NARROW = 5.0  # a flat strip of this width may be the middle of a round, patches
 _FARTHER = 3.0  # times as far from the edge as the stretch goes, a crumb may be a piece of a round
 _MIN_ANGLE, _MAX_ANGLE = np.radians(25.0), np.radians(155.0)  # between the faces' normals
 _MAX_TILT = np.radians(3.0)  # of surfaces that count as being about one axis ...
@@ -123,23 +122,18 @@ def stretches(
     size = np.bincount(before)
     is_crumb = size <= options.max_pruned_patches
     sides_of = np.bincount(borders.ravel(), np.repeat(lengths, 2), len(size))
-    for region in np.flatnonzero(size < 0.5 * _MAX_STRIP * sides_of).tolist():
-        is_crumb[region] |= isinstance(fits[region].surface, Plane)
+    width = 2.0 * size / np.maximum(sides_of, 1.0)
+    for region in np.flatnonzero((width < _MAX_STRIP) & (size > 0)).tolist():
+        is_crumb[region] |= isinstance(fits[region].surface, Plane | Cone)
     is_crumb &= ~np.isin(np.arange(len(size)), list(rounds))
     between: dict[tuple[int, int], list[int]] = {
         (a, b): []
         for (a, b), n in zip(borders.tolist(), lengths.tolist(), strict=True)
         if n >= options.step_sides
     }
-    width: dict[int, float] = {}  # of the strips among the crumbs, spacings
-    for region in np.setdiff1d(before, list(rounds)).tolist():
+    for region in np.unique(before)[is_crumb[np.unique(before)]].tolist():
         own = (borders == region).any(axis=1)
         beside, sides = borders[own].sum(axis=1) - region, lengths[own]
-        if not is_crumb[region]:
-            across = 2.0 * float(size[region]) / max(float(sides.sum()), 1.0)
-            if across > _NARROW or not isinstance(fits[region].surface, Plane | Cone):
-                continue
-            width[region] = across * graph.edge_length
         for i, j in combinations(range(len(beside)), 2):
             if sides[i] + sides[j] > _BESIDE * sides.sum() and min(sides[i], sides[j]) > 1:
                 pair = sorted((int(beside[i]), int(beside[j])))
@@ -165,7 +159,8 @@ def stretches(
             ending = tuple(name for name in others if name in rounds or _is_round(fits[name]))
             stretch = _stretch((a, b), kept, ending, field, sweep, label, fits, evidence, options)
             if stretch is not None:
-                widest = max((width.get(crumb, 0.0) for crumb in kept), default=0.0)
+                strips = [k for k in kept if size[k] > options.max_pruned_patches]
+                widest = graph.edge_length * float(width[strips].max(initial=0.0))
                 yield replace(stretch, width=widest)
 
 
