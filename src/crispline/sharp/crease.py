@@ -13,21 +13,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crispline.curve import Curve, interpolated, line_through, resampled
+from crispline.curve import Curve
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
+from crispline.sharp.between import N_ROUNDS, curve_through, points_along
 from crispline.sharp.contact import Branch, Contact
 from crispline.sharp.refine import curve_along
 from crispline.sharp.rim import rim_curve
-from crispline.sharp.trace import MAX_MOVE, Guide, forward, is_sane, traced
+from crispline.sharp.trace import MAX_MOVE, Guide, is_sane, traced
 from crispline.surface import Surface
 from crispline.surface.base import Array
 from crispline.surface.intersect import Constraint, angles, distance, intersect
 
 N_SAMPLES = 200
-"""Points per curve at which its distance to the surfaces is measured."""
+"""Points per curve at which its distance to the surfaces and their angle are measured."""
 MIN_CROSSING_DEG = 12.0
 """Surfaces that meet at less than this touch rather than cross."""
+
+Ends = tuple[Array, Array] | None
+"""Positions of the first and last vertex of a border; None if it is closed."""
 
 _MAX_GAP = 1e-3
 _MAX_TOUCH = 0.02
@@ -74,12 +78,14 @@ class Crease:
     ----------
     curve : from the border's first to its last vertex.
     gap : largest distance of the curve to its surfaces, spacings.
+    angle : median angle between the outward normals along it, radians; 0 at a rim.
     is_fallback : whether the border was only smoothed, because the surfaces
         have no sane common curve near it.
     """
 
     curve: Curve
     gap: float
+    angle: float
     is_fallback: bool
 
 
@@ -156,7 +162,7 @@ def contacts_at(
 
 def locate_crease(
     border: Border,
-    ends: tuple[Array, Array] | None,
+    ends: Ends,
     cloud: cKDTree,
     max_cloud_distance: float,
     options: LocateOptions,
@@ -181,8 +187,7 @@ def locate_crease(
     """
     guide = border.guide
     if len(border.surfaces) == 1:
-        rim = rim_curve(guide, border.surfaces[0], ends, options)
-        return Crease(rim, curve_gap(rim, border.surfaces), is_fallback=False)
+        return _measured(rim_curve(guide, border.surfaces[0], ends, options), border)
     slack = 0.0
     feet = ends
     if ends is not None:
@@ -198,21 +203,19 @@ def locate_crease(
             curve = curve_along(points, ends, border.constraints, options)
             if curve is None:
                 continue
-            return Crease(curve, curve_gap(curve, border.surfaces), is_fallback=False)
-    return replace(smoothed_crease(border, ends), is_fallback=True)
+            return _measured(curve, border)
+    start = points = points_along(guide)
+    for _ in range(N_ROUNDS):
+        points = np.mean([surface.project(points)[0] for surface in border.surfaces], axis=0)
+    curve = curve_through(guide, start, points, ends)
+    return replace(_measured(curve, border), is_fallback=True)
 
 
-def smoothed_crease(
-    border: Border, ends: tuple[Array, Array] | None, n_samples: int = N_SAMPLES
-) -> Crease:
-    """The border as it runs between its surfaces, which need not meet there."""
-    curve = _smoothed_border(border, ends)
-    return Crease(curve, curve_gap(curve, border.surfaces, n_samples), is_fallback=False)
-
-
-def curve_gap(curve: Curve, surfaces: Sequence[Surface], n_samples: int = N_SAMPLES) -> float:
-    """Largest distance of a curve to surfaces, spacings."""
-    return float(distance(curve.samples(n_samples), surfaces).max())
+def _measured(curve: Curve, border: Border) -> Crease:
+    """A curve as that of a border."""
+    samples = curve.samples(N_SAMPLES)
+    gap = float(distance(samples, border.surfaces).max())
+    return Crease(curve, gap, border.angle(samples), is_fallback=False)
 
 
 def _rounded_off(angle: float) -> float:
@@ -232,27 +235,3 @@ def _end_feet(ends: tuple[Array, Array], constraints: Sequence[Constraint]) -> t
     moved = np.linalg.norm(feet - vertices, axis=1)
     feet[moved < _EXACT] = vertices[moved < _EXACT]
     return feet[0], feet[1]
-
-
-def _smoothed_border(border: Border, ends: tuple[Array, Array] | None) -> Curve:
-    """The guide, drawn to the mean of its feet on the surfaces, through the vertices."""
-    guide = border.guide
-    n = int(np.clip(guide.length / 3.0 + 2.0, 5, 60))
-    start = resampled(guide.points, n)
-    points = start
-    for _ in range(3):
-        points = np.mean([surface.project(points)[0] for surface in border.surfaces], axis=0)
-    if np.linalg.norm(points - start, axis=1).max() > MAX_MOVE:
-        points = start
-    if guide.is_closed:
-        points[-1] = points[0]
-    directions = Guide(points, guide.is_closed).directions()
-    if ends is None:
-        ordered = forward(points, directions, None)
-        return interpolated(ordered if len(ordered) >= 5 else start, is_closed=True)
-    ordered = forward(points[1:-1], directions[1:-1], ends)
-    if len(ordered) == 2:
-        return line_through(ordered, 0.0) or interpolated(
-            np.stack([ends[0], guide.points[len(guide.points) // 2], ends[1]]), is_closed=False
-        )
-    return interpolated(ordered, is_closed=False)

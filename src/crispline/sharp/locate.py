@@ -7,28 +7,20 @@ where. Corners come first, then the curves between them.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crispline.cloud.nearest import nearest
 from crispline.model import Edge, Face, Model
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Chain, Topology
-from crispline.sharp.corner import Corner, locate_corner
-from crispline.sharp.crease import (
-    N_SAMPLES,
-    Border,
-    Crease,
-    border_between,
-    contacts_at,
-    locate_crease,
-)
+from crispline.sharp.corner import Corner
+from crispline.sharp.crease import Border, Crease, Ends
 from crispline.sharp.doubt import Doubt
-from crispline.sharp.draw import N_SAMPLES as N_DRAWN
-from crispline.sharp.draw import drawn_border, drawn_corner, drawn_crease
+from crispline.sharp.draw import Drawing
 from crispline.sharp.network import (
     chains_at,
     chains_by_end,
@@ -38,13 +30,13 @@ from crispline.sharp.network import (
 )
 from crispline.sharp.revise import collapsible_chain, split_at_branches
 from crispline.sharp.rim import split_at_kinks
+from crispline.sharp.search import Search, thinning
 from crispline.sharp.tears import mended
 from crispline.sharp.touch import met_at_touches
-from crispline.sharp.trace import guide_along
+from crispline.sharp.trace import Guide, guide_along
 from crispline.surface.base import Array
-from crispline.surface.intersect import distance, intersect
+from crispline.surface.intersect import distance
 
-_MAX_THINNING = 4.0
 _OPPOSITE = np.radians(120.0)  # sides of a wall that face away from each other so much ...
 _LOST_GAP = 0.5  # ... and stay this far from their border, in spacings, have a face between them
 
@@ -90,22 +82,23 @@ def locate(
     is_sculpture : whether the model will be of patches: then borders are only drawn between
         their surfaces, and only sharp ones hold a corner.
     """
-    search = _Search(regions, cloud, sigma, _thinning(cloud), options, is_sculpture)
     doubts: list[Doubt] = []
-    touches: set[int] = set()
+    finder: _Finder = Drawing(regions, options)
     if not is_sculpture:
         topology, torn = mended(topology, net_vertices, regions, cloud)
         doubts += [_torn(chain, net_vertices) for chain in torn]
         topology = split_at_branches(topology, net_vertices, regions)
-        found = met_at_touches(topology, net_vertices, regions, options)
-        topology, net_vertices, touches = found
+        met = met_at_touches(topology, net_vertices, regions, options)
+        topology, net_vertices, touches = met
+        finder = Search(regions, cloud, sigma, thinning(cloud), options, touches)
     topology, net_vertices = split_at_kinks(topology, net_vertices, options)
     anchors = corner_vertices(topology)
-    borders = [search.border(chain, net_vertices, anchors) for chain in topology.chains]
-    corners = {
-        vertex: search.corner(vertex, topology, net_vertices, borders, around)
-        for vertex, around in chains_by_end(topology, anchors).items()
-    }
+    guides = [_guide(chain, net_vertices, anchors) for chain in topology.chains]
+    borders = finder.borders(topology.chains, guides)
+    around = chains_by_end(topology, anchors)
+    places, ending = net_vertices[list(around)], list(around.values())
+    found = finder.corners(places, ending, topology.chains, borders)
+    corners = dict(zip(around, found, strict=True))
     while (index := collapsible_chain(topology, net_vertices, corners, options)) is not None:
         gone = topology.chains[index]
         kept, lost = int(gone.vertices[0]), int(gone.vertices[-1])
@@ -113,94 +106,50 @@ def locate(
         net_vertices[kept] = 0.5 * (net_vertices[kept] + net_vertices[lost])
         topology = contracted(topology, index)
         del borders[index], corners[lost]
-        around = chains_at(topology, kept)
-        corners[kept] = search.corner(kept, topology, net_vertices, borders, around)
+        ending = [chains_at(topology, kept)]
+        corners[kept] = finder.corners(net_vertices[[kept]], ending, topology.chains, borders)[0]
         text = (
             f"the border of regions {_names([gone])} near {{place}} is shorter "
             "than its corners are certain and became one corner"
         )
         doubts.append(Doubt(text, net_vertices[kept]))
-    creases = [
-        search.crease(chain, border, corners, touches)
-        for chain, border in zip(topology.chains, borders, strict=True)
-    ]
-    doubts += _doubts(topology, corners, borders, creases)
-    n_samples = N_DRAWN if is_sculpture else N_SAMPLES
-    model = _model(topology, regions, corners, borders, creases, options, n_samples)
+    ends = [_ends(*pair, corners) for pair in zip(topology.chains, borders, strict=True)]
+    creases = finder.creases(topology.chains, borders, ends)
+    doubts += _doubts(topology, corners, creases)
+    model = _model(topology, regions, corners, borders, creases, options)
     return Located(model, topology, tuple(doubts))
 
 
-@dataclass(frozen=True)
-class _Search:
-    """What every corner and crease is located on and judged by."""
+class _Finder(Protocol):
+    """Where borders run and corners are; :class:`Drawing` tells what the parameters mean."""
 
-    regions: Mapping[int, RegionFit]
-    cloud: cKDTree
-    sigma: float
-    thinning: float
-    options: LocateOptions
-    is_sculpture: bool
+    def borders(self, chains: Sequence[Chain], guides: Sequence[Guide]) -> list[Border]: ...
 
-    def border(self, chain: Chain, net_vertices: Array, anchors: Collection[int]) -> Border:
-        """The border that a chain stands for."""
-        sides = [self.regions[label] for label in (chain.left, chain.right) if label != -1]
-        is_ring = chain.is_closed and int(chain.vertices[0]) not in anchors
-        guide = guide_along(net_vertices[chain.vertices], is_ring)
-        find = drawn_border if self.is_sculpture else border_between
-        return find(guide, sides, self.options)
-
-    def corner(
+    def corners(
         self,
-        vertex: int,
-        topology: Topology,
-        net_vertices: Array,
+        places: Array,
+        around: Sequence[Sequence[int]],
+        chains: Sequence[Chain],
         borders: Sequence[Border],
-        around: list[int],
-    ) -> Corner:
-        """The corner at a net vertex, where the chains ``around`` end."""
-        if self.is_sculpture:
-            around = [index for index in around if not borders[index].is_contact]
-        labels = labels_beside(topology.chains[index] for index in around)
-        surfaces = [self.regions[label].surface for label in labels]
-        if not surfaces:
-            return Corner(net_vertices[vertex], 0.0, is_fallback=False)
-        if len(surfaces) == 1:  # a corner of a rim: only the end of the points holds it
-            foot = intersect(net_vertices[vertex][None], surfaces)[0][0]
-            return Corner(foot, 0.0, is_fallback=False)
-        if self.is_sculpture:
-            return drawn_corner(net_vertices[vertex], surfaces, self.options)
-        beside = [borders[index] for index in around]
-        contacts = contacts_at(net_vertices[vertex], surfaces, beside)
-        return locate_corner(
-            net_vertices[vertex],
-            surfaces,
-            contacts,
-            self.cloud,
-            self.thinning * self.options.corner_cloud_distance + 2.0 * self.sigma,
-            self.options,
-        )
+    ) -> list[Corner]: ...
 
-    def crease(
-        self, chain: Chain, border: Border, corners: Mapping[int, Corner], touches: Collection[int]
-    ) -> Crease:
-        """The curve of a border; it goes all the way to a corner where surfaces touch."""
-        ends, options = None, self.options
-        if not border.guide.is_closed:
-            start, end = int(chain.vertices[0]), int(chain.vertices[-1])
-            ends = (corners[start].position, corners[end].position)
-            if start in touches or end in touches:
-                options = replace(options, corner_gap=0.0)
-        if self.is_sculpture:
-            return drawn_crease(border, ends)
-        max_cloud_distance = self.thinning * self.options.crease_cloud_distance + 2.0 * self.sigma
-        return locate_crease(border, ends, self.cloud, max_cloud_distance, options)
+    def creases(
+        self, chains: Sequence[Chain], borders: Sequence[Border], ends: Sequence[Ends]
+    ) -> list[Crease]: ...
 
 
-def _thinning(cloud: cKDTree) -> float:
-    """Spacing where the cloud is thinnest over the median spacing; 1 for an even cloud."""
-    distance, _ = nearest(cloud, np.asarray(cloud.data), min(9, cloud.n))
-    even, thin = np.quantile(distance[:, -1], [0.5, 0.99])
-    return float(np.clip(thin / max(1.5 * even, 1e-12), 1.0, _MAX_THINNING))
+def _guide(chain: Chain, net_vertices: Array, anchors: Collection[int]) -> Guide:
+    """Where the border that a chain stands for runs."""
+    is_ring = chain.is_closed and int(chain.vertices[0]) not in anchors
+    return guide_along(net_vertices[chain.vertices], is_ring)
+
+
+def _ends(chain: Chain, border: Border, corners: Mapping[int, Corner]) -> Ends:
+    """Where the border of a chain starts and ends."""
+    if border.guide.is_closed:
+        return None
+    start, end = int(chain.vertices[0]), int(chain.vertices[-1])
+    return corners[start].position, corners[end].position
 
 
 def _torn(chain: Chain, net_vertices: Array) -> Doubt:
@@ -213,18 +162,15 @@ def _torn(chain: Chain, net_vertices: Array) -> Doubt:
 
 
 def _doubts(
-    topology: Topology,
-    corners: Mapping[int, Corner],
-    borders: Sequence[Border],
-    creases: Sequence[Crease],
+    topology: Topology, corners: Mapping[int, Corner], creases: Sequence[Crease]
 ) -> list[Doubt]:
     """One for every border and corner that the surfaces do not determine."""
     doubts = []
-    for chain, border, crease in zip(topology.chains, borders, creases, strict=True):
+    for chain, crease in zip(topology.chains, creases, strict=True):
         if not crease.is_fallback:
             continue
         place = crease.curve.samples(3)[1]
-        if border.angle(crease.curve.samples(N_SAMPLES)) > _OPPOSITE and crease.gap > _LOST_GAP:
+        if crease.angle > _OPPOSITE and crease.gap > _LOST_GAP:
             text = (
                 f"a face between regions {_names([chain])} near {{place}} is lost, as it is only "
                 f"{2.0 * crease.gap:.2g} spacings wide: scan it more densely"
@@ -253,7 +199,6 @@ def _model(
     borders: Sequence[Border],
     creases: Sequence[Crease],
     options: LocateOptions,
-    n_samples: int,
 ) -> Model:
     """Number the vertices and faces and measure the gaps."""
     face_of = {label: index for index, label in enumerate(sorted(topology.loops))} | {-1: -1}
@@ -262,19 +207,20 @@ def _model(
     gaps = [corners[vertex].gap for vertex in number]
     edges = []
     for chain, border, crease in zip(topology.chains, borders, creases, strict=True):
-        samples = crease.curve.samples(n_samples)
+        tips = crease.curve.samples(2)
         if border.guide.is_closed:
             start = end = len(positions)
-            positions.append(samples[0])
-            gaps.append(float(distance(samples[:1], border.surfaces)[0]))
+            positions.append(tips[0])
+            gaps.append(float(distance(tips[:1], border.surfaces)[0]))
         else:
             start, end = number[int(chain.vertices[0])], number[int(chain.vertices[-1])]
-        for vertex, tip in ((start, samples[0]), (end, samples[-1])):
+        for vertex, tip in ((start, tips[0]), (end, tips[1])):
             gaps[vertex] = max(gaps[vertex], float(np.linalg.norm(tip - positions[vertex])))
-        angle = border.angle(samples)
-        is_sharp = bool(np.degrees(angle) >= options.smooth_angle_deg)
+        is_sharp = bool(np.degrees(crease.angle) >= options.smooth_angle_deg)
         left, right = face_of[chain.left], face_of[chain.right]
-        edges.append(Edge(crease.curve, start, end, left, right, crease.gap, angle, is_sharp))
+        edges.append(
+            Edge(crease.curve, start, end, left, right, crease.gap, crease.angle, is_sharp)
+        )
     faces = tuple(
         Face(
             regions[label].surface,

@@ -45,6 +45,11 @@ def labels_beside(chains: Iterable[Chain]) -> list[int]:
     return sorted({label for chain in chains for label in (chain.left, chain.right)} - {-1})
 
 
+def side_labels(chain: Chain) -> list[int]:
+    """The regions on the left and right of a chain, without the open border."""
+    return [label for label in (chain.left, chain.right) if label != -1]
+
+
 def contracted(topology: Topology, index: int) -> Topology:
     """Shrink a chain to a point: its last vertex becomes its first everywhere.
 
