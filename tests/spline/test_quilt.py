@@ -1,17 +1,20 @@
 """Few surfaces, whole borders, no gaps."""
 
+from math import comb
+
 import creased_models as models
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
+from scipy.spatial import cKDTree
 
-from crispline.spline.bezier import bezier_patches
+from crispline.spline.bezier import bezier_patches, corner_points, is_exact
 from crispline.spline.creased import CreasedNet, PolygonNet, subdivided
 from crispline.spline.joins import measure_joins
-from crispline.spline.pieces import uniform_controls
+from crispline.spline.pieces import spline_controls
 from crispline.spline.quilt import quilt
 from crispline.spline.rectangles import rectangles
-from crispline.spline.sectors import net_sectors
+from crispline.spline.sectors import net_sectors, next_corner
 from crispline.surface.basis import uniform_knots
 
 NONE, NO_CORNERS = models.NONE, models.NO_CORNERS
@@ -107,7 +110,7 @@ def test_few_surfaces_where_the_net_is_regular(nets):
     assert counts["grid"] == 1
     assert counts["torus"] == 4  # no surface meets itself
     assert counts["cube"] == 6
-    assert counts["sphere"] <= 24 + 12  # three quads at each of eight vertices, and the rest
+    assert counts["sphere"] == 6  # eight vertices are not regular: corners of the surfaces
 
 
 def test_smooth_joins_are_nearly_smooth(nets):
@@ -124,34 +127,72 @@ def test_creases_keep_their_angle(nets):
     assert joins.angle == pytest.approx(np.pi / 2)
 
 
-def test_exact_surfaces_hold_the_patches_of_their_quads(nets):
-    net = models.sharp_box(nets, 3)
-    covered, patches = quilt(net), bezier_patches(net)
-    assert covered.n_exact == len(covered.faces)
-    assert np.array_equal(np.bincount(covered.face_of_quad), np.full(6, 9))
-    centre = np.einsum(
-        "i,j,mijx->mx", [0.125, 0.375, 0.375, 0.125], [0.125, 0.375, 0.375, 0.125], patches
-    )
-    for index, face in enumerate(covered.faces):
-        u, v = (grid.ravel() for grid in np.meshgrid([0.5, 1.5, 2.5], [0.5, 1.5, 2.5]))
-        found, expected = face.evaluate(u, v), centre[covered.face_of_quad == index]
-        order = [np.lexsort(np.round(points, 9).T) for points in (found, expected)]
-        np.testing.assert_allclose(found[order[0]], expected[order[1]], atol=1e-13)
+def bezier_values(patches, ticks):
+    """Points of Bezier patches at all pairs of some parameters."""
+    basis = np.stack([comb(3, k) * ticks**k * (1 - ticks) ** (3 - k) for k in range(4)], axis=1)
+    return np.einsum("ai,bj,mijx->mabx", basis, basis, patches).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("depth", [0, 1])
+def test_surfaces_hold_the_patches_of_their_quads(nets, name, depth):
+    net = samples(nets)[name][0]
+    covered, finer = quilt(net, depth), subdivided(net) if depth else net
+    exact = np.repeat(is_exact(net_sectors(net)), 4**depth)
+    # Parameters of the pieces and of their quads that stay the same under turns.
+    piece_ticks = np.array([0.125, 0.5, 0.875])
+    ticks = np.concatenate([(piece_ticks + k) / 2**depth for k in range(2**depth)])
+    expected = bezier_values(bezier_patches(finer), piece_ticks)
+    if depth:  # an exact quad is one polynomial
+        plain = bezier_values(bezier_patches(net)[exact[::4]], ticks)
+        expected = np.concatenate([expected[~np.repeat(exact, 9)], plain])
+    found = []
+    for face in covered.faces:
+        n_u, n_v = (int(high) for high in face.domain[1])
+        u, v = (np.add.outer(np.arange(n), ticks).ravel() for n in (n_u, n_v))
+        found.append(face.evaluate(*(grid.ravel() for grid in np.meshgrid(u, v))))
+    found = np.concatenate(found)
+    assert len(found) == len(expected)
+    size = np.abs(expected).max()
+    assert cKDTree(found).query(expected)[0].max() < 1e-13 * size
+    assert cKDTree(expected).query(found)[0].max() < 1e-13 * size
+    assert np.bincount(covered.face_of_quad, minlength=len(covered.faces)).tolist() == [
+        int(np.prod(face.domain[1])) for face in covered.faces
+    ]
+    quads = np.bincount(covered.face_of_quad, ~exact[:: 4**depth])
+    assert (quads[: covered.n_exact] == 0).all()
+    assert (quads[covered.n_exact :] > 0).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_vertices_that_are_not_regular_are_corners_of_surfaces(nets, name):
+    net = samples(nets)[name][0]
+    sectors = net_sectors(net)
+    covered = quilt(net)
+    used = {tuple(point) for point in covered.vertices}
+    odd = np.unique(sectors.vertex[~sectors.is_regular])
+    positions = corner_points(net).position[odd]
+    assert all(tuple(point) in used for point in positions)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_rectangles_part_the_net(nets, name):
-    sectors = net_sectors(samples(nets)[name][0])
+    net = samples(nets)[name][0]
+    sectors = net_sectors(net)
     is_smooth = ~sectors.sides.is_sharp[sectors.sides.of_half_edge]
-    may_merge = is_smooth & (sectors.twin >= 0)
-    regular = sectors.is_regular[sectors.of_corner].reshape(-1, 4).all(axis=1)
-    quad = np.arange(len(may_merge)) // 4
-    blocks = rectangles(sectors.twin, may_merge & regular[quad] & regular[sectors.twin // 4])
+    regular = sectors.is_regular[sectors.of_corner]
+    corner = np.arange(len(regular))
+    may_merge = is_smooth & regular & regular[next_corner(corner)]
+    blocks = rectangles(sectors.twin, may_merge)
     members = np.concatenate([block.ravel() for block in blocks]) // 4
-    np.testing.assert_array_equal(np.sort(members), np.arange(len(regular)))
+    np.testing.assert_array_equal(np.sort(members), np.arange(len(net.quads)))
     for block in blocks:
         across = sectors.twin[block]  # below each quad: the one under it in the block
         np.testing.assert_array_equal(across[:, 1:] // 4, block[:, :-1] // 4)
+        beside = next_corner(block[:-1])  # to the right of each
+        np.testing.assert_array_equal(sectors.twin[beside] // 4, block[1:] // 4)
+        assert may_merge[beside].all()
+        assert may_merge[block[:, 1:]].all()
         outside = across[:, 0]
         assert not np.isin(outside[outside >= 0] // 4, block // 4).any()
 
@@ -172,4 +213,6 @@ def test_controls_of_a_uniform_spline_come_back_from_its_pieces(n):
     at, slope = spline(np.arange(n + 1.0)), spline(np.arange(n + 1.0), 1)
     pieces[::3] = at
     pieces[1::3], pieces[2::3] = (at + slope / 3)[:-1], (at - slope / 3)[1:]
-    np.testing.assert_allclose(uniform_controls(pieces), controls, atol=1e-12)
+    np.testing.assert_allclose(
+        spline_controls(pieces, uniform_knots(0.0, n, n)), controls, atol=1e-12
+    )

@@ -2,38 +2,112 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from crispline.spline.bezier import corner_points, gathered_patches
 from crispline.spline.creased import CreasedNet, Index, net_sides, subdivided
 from crispline.surface import BSplineSurface
 from crispline.surface.base import Array
-from crispline.surface.basis import uniform_knots
+from crispline.surface.basis import DEGREE
 
 
-def uniform_controls(bezier: Array) -> Array:
-    """Control points of a clamped uniform cubic B-spline from the points of its pieces.
+def joined_knots(is_fine: NDArray[np.bool_], depth: int) -> Array:
+    """Clamped cubic knots over unit intervals, some of them fine, shape ``(k + 8,)``.
+
+    A fine interval has ``2^depth`` pieces that join with equal first derivatives; where
+    that is one piece, it joins its neighbours so. All others have equal second derivatives.
+
+    >>> joined_knots(np.array([True, False]), 1).tolist()
+    [0.0, 0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 2.0, 2.0, 2.0, 2.0]
+    >>> joined_knots(np.array([True, False]), 0).tolist()
+    [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]
+    """
+    n = len(is_fine)
+    joints = np.arange(1, 2**depth) / 2**depth
+    inside = np.flatnonzero(is_fine)[:, None] + joints
+    is_rough = (is_fine[:-1] | is_fine[1:]) & (depth == 0)
+    between = np.repeat(np.arange(1.0, n), 1 + is_rough)
+    inner = np.sort(np.concatenate([between, np.repeat(inside.ravel(), 2)]))
+    return np.concatenate([np.zeros(DEGREE + 1), inner, np.full(DEGREE + 1, float(n))])
+
+
+def spline_controls(bezier: Array, knots: Array) -> Array:
+    """Control points of a clamped cubic B-spline from the Bezier points of its pieces.
 
     Parameters
     ----------
-    bezier : points of ``a`` cubic pieces over unit intervals that join with equal
-        first and second derivatives, shape ``(3 a + 1, ...)``.
+    bezier : points of ``a`` cubic pieces between distinct knots, shape ``(3 a + 1, ...)``.
+    knots : inner ones at most twice; at a single one the pieces before and after have equal
+        first and second derivatives, at a double one equal first derivatives.
 
     Returns
     -------
-    Shape ``(a + 3, ...)``, for the knots ``uniform_knots(0, a, a)``. A control point
-    is the blossom at three knots, and ``f(0, 1, 2) = 2 f(0, 1, 1) - f(0, 0, 1)``.
+    Shape ``(len(knots) - 4, ...)``. A control point is the blossom ``f`` at three knots:
+    ``f(x, y, z) = f(x, y, y) + (z - y) / (y - x) (f(x, y, y) - f(x, x, y))``.
     """
-    inner = 2.0 * bezier[2:-3:3] - bezier[1:-3:3]
-    return np.concatenate([bezier[:2], inner, bezier[-2:]])
+    x, y, z = knots[1:-3], knots[2:-2], knots[3:-1]
+    breaks = np.unique(knots)
+    at = 3 * np.searchsorted(breaks, x)  # where the piece that begins at x begins
+    rises, rises_again = x < y, y < z
+    place = at + np.where(rises, 2, np.where(rises_again, 1, 0))
+    controls = bezier[place]
+    bent = np.flatnonzero(rises & rises_again)
+    share = ((z - y) / np.where(rises, y - x, 1.0))[bent]
+    share = share.reshape(-1, *[1] * (bezier.ndim - 1))
+    controls[bent] += share * (bezier[place[bent]] - bezier[place[bent] - 1])
+    return controls
 
 
-def rectangle_surface(patches: Array, block: Index) -> BSplineSurface:
-    """One uniform B-spline from the exact patches of a rectangle.
+@dataclass(frozen=True)
+class Fine:
+    """Patches of quads that are not exactly the limit surface, as finer ones that are nearer.
+
+    Attributes
+    ----------
+    depth : how often the quads were subdivided; the inner joints of each have continuous
+        tangents, as a vertex that is not regular is never inside a quad.
+    number : the row of each quad in ``grids``, -1 for exact ones, shape ``(m,)``.
+    grids : Bezier points, shape ``(k, s, s, 3)`` with ``s = 3 * 2^depth + 1``; axes as in
+        :func:`crispline.spline.bezier.bezier_patches`.
+    """
+
+    depth: int
+    number: Index
+    grids: Array
+
+    def side(self, half_edge: int) -> Array:
+        """Bezier points along a side of a quad that is not exact, shape ``(s, 3)``."""
+        grid = self.grids[self.number[half_edge // 4]]
+        sides: tuple[Array, ...] = (grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1])
+        return sides[half_edge % 4]
+
+
+def fine_patches(net: CreasedNet, quads: Index, depth: int) -> Fine:
+    """The patches of some quads, from the net subdivided round them."""
+    number = np.full(len(net.quads), -1)
+    number[quads] = np.arange(len(quads))
+    if not len(quads):
+        return Fine(depth, number, np.empty((0, 3 * 2**depth + 1, 3 * 2**depth + 1, 3)))
+    near = _around(net, quads)
+    for _ in range(depth):
+        near = subdivided(near)
+    grids = gathered_patches(corner_points(near), near.quads[: len(quads) * 4**depth])
+    for _ in range(depth):
+        grids = _four_to_one(grids)
+    return Fine(depth, number, grids)
+
+
+def rectangle_surface(patches: Array, fine: Fine, block: Index) -> BSplineSurface:
+    """One B-spline from the patches of a rectangle, one unit of its parameters a quad.
 
     Parameters
     ----------
     patches : Bezier patches of the whole net, shape ``(m, 4, 4, 3)``.
+    fine : takes the place of those that are not exact, which only the corners of the
+        rectangle may be.
     block : turned quads, shape ``(a, b)``, see :func:`crispline.spline.rectangles.rectangles`.
     """
     a, b = block.shape
@@ -45,30 +119,42 @@ def rectangle_surface(patches: Array, block: Index) -> BSplineSurface:
     for p in range(4):
         for q in range(4):
             grid[p : 3 * a - 2 + p : 3, q : 3 * b - 2 + q : 3] = turned[:, :, p, q]
-    along_u = uniform_controls(grid).swapaxes(0, 1)
-    controls = uniform_controls(along_u).swapaxes(0, 1)
-    return BSplineSurface(uniform_knots(0.0, a, a), uniform_knots(0.0, b, b), controls)
+    is_fine = fine.number[block // 4] >= 0
+    in_u, in_v = (np.asarray(is_fine.any(axis=axis)) for axis in (1, 0))
+    grid = _with_fine_ends(grid, in_u, fine.depth)
+    grid = _with_fine_ends(grid.swapaxes(0, 1), in_v, fine.depth).swapaxes(0, 1)
+    size = fine.grids.shape[1]
+    for i, j in {(0, 0), (0, b - 1), (a - 1, 0), (a - 1, b - 1)}:
+        if is_fine[i, j]:
+            quad, corner = divmod(int(block[i, j]), 4)
+            along = slice(0, size) if i == 0 else slice(len(grid) - size, None)
+            across = slice(0, size) if j == 0 else slice(grid.shape[1] - size, None)
+            grid[along, across] = np.rot90(fine.grids[fine.number[quad]], -corner)
+    knots_u, knots_v = joined_knots(in_u, fine.depth), joined_knots(in_v, fine.depth)
+    along_u = spline_controls(grid, knots_u).swapaxes(0, 1)
+    return BSplineSurface(knots_u, knots_v, spline_controls(along_u, knots_v).swapaxes(0, 1))
 
 
-def refined_surfaces(net: CreasedNet, quads: Index, depth: int) -> list[BSplineSurface]:
-    """Surfaces of some quads over the unit square, from the net subdivided round them.
+def _with_fine_ends(bezier: Array, is_fine: NDArray[np.bool_], depth: int) -> Array:
+    """The same pieces, the first and last cut into ``2^depth`` if they are fine."""
+    first = _cut(bezier[:4], depth if is_fine[0] else 0)
+    if len(is_fine) == 1:
+        return first
+    last = _cut(bezier[-4:], depth if is_fine[-1] else 0)
+    return np.concatenate([first, bezier[4:-3], last[1:]])
 
-    Each has ``2^depth x 2^depth`` bicubic pieces. Where these join, tangents are
-    continuous: a vertex that is not regular is never inside a quad.
-    """
-    near = _around(net, quads)
-    for _ in range(depth):
-        near = subdivided(near)
-    n_patches = len(quads) * 4**depth
-    grids = gathered_patches(corner_points(near), near.quads[:n_patches])
-    for _ in range(depth):
-        grids = _four_to_one(grids)
-    # Equal derivatives put each joint midway between its neighbours: it is no control point.
-    index = np.arange(grids.shape[1])
-    kept = index[(index % 3 != 0) | (index == 0) | (index == index[-1])]
-    joints = np.arange(1, 2**depth) / 2**depth
-    knots = np.concatenate([np.zeros(4), np.repeat(joints, 2), np.ones(4)])
-    return [BSplineSurface(knots, knots, grid[np.ix_(kept, kept)]) for grid in grids]
+
+def _cut(piece: Array, depth: int) -> Array:
+    """A cubic in halves of halves, ``depth`` times: its Bezier points (de Casteljau 1959)."""
+    if depth == 0:
+        return piece
+    rows, start, end = piece, [piece[0]], [piece[-1]]
+    for _ in range(DEGREE):
+        rows = 0.5 * (rows[:-1] + rows[1:])
+        start.append(rows[0])
+        end.append(rows[-1])
+    halves = _cut(np.stack(start), depth - 1), _cut(np.stack(end[::-1]), depth - 1)
+    return np.concatenate([halves[0], halves[1][1:]])
 
 
 def _around(net: CreasedNet, quads: Index) -> CreasedNet:

@@ -1,8 +1,10 @@
 """A creased net as a watertight quilt of few B-spline surfaces.
 
-Exact patches are gathered into rectangles, one uniform bicubic B-spline each;
-every other quad is a surface of its own. Where one surface borders several, its
-side is cut, so that each edge lies between two surfaces from end to end.
+Quads are gathered into rectangles, one bicubic B-spline each, whose sides no vertex
+lies beside that is not regular: such vertices are corners. A rectangle is uniform but
+for its corner quads, which are finer where the limit surface is no polynomial. Where one
+surface borders several, its side is cut, so that each edge lies between two surfaces
+from end to end.
 """
 
 from __future__ import annotations
@@ -15,12 +17,17 @@ from numpy.typing import NDArray
 from crispline.curve import BSplineCurve
 from crispline.spline.bezier import CornerPoints, corner_points, gathered_patches, is_exact
 from crispline.spline.creased import CreasedNet, Index
-from crispline.spline.pieces import rectangle_surface, refined_surfaces, uniform_controls
+from crispline.spline.pieces import (
+    Fine,
+    fine_patches,
+    joined_knots,
+    rectangle_surface,
+    spline_controls,
+)
 from crispline.spline.rectangles import rectangles
 from crispline.spline.sectors import next_corner, require_single_fans
 from crispline.surface import BSplineSurface
 from crispline.surface.base import Array
-from crispline.surface.basis import uniform_knots
 
 
 @dataclass(frozen=True)
@@ -92,8 +99,8 @@ def quilt(net: CreasedNet, depth: int = 1) -> Quilt:
     Parameters
     ----------
     net : open or closed.
-    depth : how often quads whose patch is not exact are subdivided first. Each
-        remains one surface, with continuous tangents inside.
+    depth : how often quads whose patch is not exact are subdivided first. Tangents are
+        continuous inside of a surface.
 
     Raises
     ------
@@ -103,19 +110,19 @@ def quilt(net: CreasedNet, depth: int = 1) -> Quilt:
     points = corner_points(net)
     sectors = points.sectors
     require_single_fans(net, sectors)
-    exact = is_exact(sectors)
     is_smooth = ~sectors.sides.is_sharp[sectors.sides.of_half_edge]
-    quad = np.arange(len(is_smooth)) // 4
-    blocks = rectangles(sectors.twin, is_smooth & exact[quad] & exact[sectors.twin // 4])
-    regular = [block for block in blocks if exact[block[0, 0] // 4]]
-    single = np.flatnonzero(~exact)
+    is_regular = sectors.is_regular[sectors.of_corner]
+    goes_on = is_regular & is_regular[next_corner(np.arange(len(is_regular)))]
+    blocks = rectangles(sectors.twin, is_smooth & goes_on)
+    exact = is_exact(sectors)
+    is_plain = [bool(exact[block // 4].all()) for block in blocks]
+    blocks = [blocks[i] for i in np.argsort(np.logical_not(is_plain), kind="stable")]
 
+    fine = fine_patches(net, np.flatnonzero(~exact), depth)
     patches = gathered_patches(points, net.quads)
-    faces = [rectangle_surface(patches, block) for block in regular]
-    if len(single):
-        faces += refined_surfaces(net, single, depth)
-    layout = _layout([*regular, *(4 * single[:, None, None])], len(quad))
-    return _sewn(net, points, layout, tuple(faces), len(regular))
+    faces = tuple(rectangle_surface(patches, fine, block) for block in blocks)
+    layout = _layout(blocks, len(is_smooth))
+    return _sewn(net, points, fine, layout, faces, sum(is_plain))
 
 
 @dataclass(frozen=True)
@@ -170,6 +177,7 @@ def _layout(blocks: list[Index], n_half_edges: int) -> _Layout:
 def _sewn(
     net: CreasedNet,
     points: CornerPoints,
+    fine: Fine,
     layout: _Layout,
     faces: tuple[BSplineSurface, ...],
     n_exact: int,
@@ -199,7 +207,7 @@ def _sewn(
             chain.append(int(layout.ahead[chain[-1]]))
         edges.append(
             QuiltEdge(
-                _curve(points, tail, layout, chain, faces, n_exact),
+                _curve(points, tail, fine, np.array(chain)),
                 int(number[tail[begin]]),
                 int(number[head[chain[-1]]]),
                 _side(layout, begin, chain[-1]),
@@ -218,25 +226,18 @@ def _side(layout: _Layout, first: int, last: int, is_forward: bool = True) -> Ed
     return EdgeSide(int(layout.face[first]), (u0, v0), (u1, v1), int(layout.place[begin]))
 
 
-def _curve(
-    points: CornerPoints,
-    tail: Index,
-    layout: _Layout,
-    chain: list[int],
-    faces: tuple[BSplineSurface, ...],
-    n_exact: int,
-) -> BSplineCurve:
-    face = int(layout.face[chain[0]])
-    if face >= n_exact:
-        surface, side = faces[face], int(layout.place[chain[0]])
-        controls = surface.control_points
-        rows = (controls[:, 0], controls[-1], controls[::-1, -1], controls[0, ::-1])
-        return BSplineCurve(surface.knots_u, rows[side])
-    half_edge = np.array(chain)
-    n = len(chain)
-    bezier = np.empty((3 * n + 1, 3))
-    bezier[:-1:3] = points.position[tail[half_edge]]
-    bezier[-1] = points.position[tail[next_corner(half_edge[-1:])[0]]]
-    bezier[1::3] = points.outgoing[half_edge]
-    bezier[2::3] = points.incoming[next_corner(half_edge)]
-    return BSplineCurve(uniform_knots(0.0, n, n), uniform_controls(bezier))
+def _curve(points: CornerPoints, tail: Index, fine: Fine, chain: Index) -> BSplineCurve:
+    """The curve along half-edges, fine where their quads are."""
+    bezier = np.empty((len(chain), 4, 3))
+    bezier[:, 0] = points.position[tail[chain]]
+    bezier[:, 1] = points.outgoing[chain]
+    bezier[:, 2] = points.incoming[next_corner(chain)]
+    bezier[:, 3] = points.position[tail[next_corner(chain)]]
+    is_fine = fine.number[chain // 4] >= 0
+    pieces = [
+        fine.side(half_edge) if finer else piece
+        for half_edge, piece, finer in zip(chain.tolist(), bezier, is_fine, strict=True)
+    ]
+    whole = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
+    knots = joined_knots(is_fine, fine.depth)
+    return BSplineCurve(knots, spline_controls(whole, knots))

@@ -22,7 +22,7 @@ def rectangles(twin: Index, may_merge: NDArray[np.bool_]) -> list[Index]:
     Parameters
     ----------
     twin : opposite half-edge of each half-edge, -1 on an open border, shape ``(4 m,)``.
-    may_merge : half-edges that a rectangle may go across, shape ``(4 m,)``; two such
+    may_merge : half-edges that a rectangle may have inside, shape ``(4 m,)``; two such
         sides of one quad that share a vertex meet four at that vertex.
 
     Returns
@@ -76,7 +76,9 @@ def _grown(block: Index, step: Index, is_free: NDArray[np.bool_]) -> Index:
     while n_blocked < 4:
         row = step[direction, _border(block, direction)]
         quads = row // 4
-        if (row >= 0).all() and is_free[quads].all() and len(set(quads.tolist())) == len(quads):
+        holds = (row >= 0).all() and is_free[quads].all()
+        holds = holds and np.array_equal(step[UP - direction % 2, row[:-1]], row[1:])
+        if holds and len(set(quads.tolist())) == len(quads):
             is_free[quads] = False
             block, n_blocked = _extended(block, row, direction), 0
         else:
