@@ -43,12 +43,17 @@ class CornerPoints:
     sectors: Sectors
 
 
-def corner_points(net: CreasedNet) -> CornerPoints:
+def corner_points(net: CreasedNet, sectors: Sectors | None = None) -> CornerPoints:
     """Bezier points round every vertex of a net, see :func:`crispline.spline.masks.sector_masks`.
 
     Quads that share a side get the very same points on it, bit by bit.
+
+    Parameters
+    ----------
+    net : open or closed.
+    sectors : of the same quads, creases and corners, if they are known.
     """
-    sectors = net_sectors(net)
+    sectors = sectors or net_sectors(net)
     vertices, head = net.vertices, np.roll(net.quads, -1, axis=1).ravel()
     tail = net.quads.ravel()
     position = np.full((len(vertices), 3), np.nan)

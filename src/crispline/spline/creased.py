@@ -81,8 +81,26 @@ def net_sides(tail: Index, head: Index, creases: Index, n_vertices: int) -> Side
     key = np.minimum(tail, head) * n_vertices + np.maximum(tail, head)
     names, side, n_uses = np.unique(key, return_inverse=True, return_counts=True)
     ends = np.stack([names // n_vertices, names % n_vertices], axis=1)
-    crease_key = creases.min(axis=1) * n_vertices + creases.max(axis=1)
-    return Sides(ends, side, n_uses, np.isin(names, crease_key) | (n_uses != 2))
+    is_sharp = n_uses != 2
+    place = side_places(ends, creases, n_vertices)
+    is_sharp[place[place >= 0]] = True
+    return Sides(ends, side, n_uses, is_sharp)
+
+
+def side_places(ends: Index, pairs: Index, n_vertices: int) -> Index:
+    """Where pairs of vertices stand among sides, -1 for one that is none, shape ``(k,)``.
+
+    Parameters
+    ----------
+    ends : see :class:`Sides`; ascending.
+    pairs : in either order, shape ``(k, 2)``.
+    """
+    names = ends @ [n_vertices, 1]
+    wanted = np.sort(pairs, axis=1) @ [n_vertices, 1]
+    place = np.searchsorted(names, wanted)
+    is_side = place < len(names)
+    is_side[is_side] = names[place[is_side]] == wanted[is_side]
+    return np.where(is_side, place, -1)
 
 
 def subdivided(net: CreasedNet | PolygonNet) -> CreasedNet:

@@ -78,11 +78,15 @@ class Fine:
     number: Index
     grids: Array
 
-    def side(self, half_edge: int) -> Array:
-        """Bezier points along a side of a quad that is not exact, shape ``(s, 3)``."""
-        grid = self.grids[self.number[half_edge // 4]]
-        sides: tuple[Array, ...] = (grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1])
-        return sides[half_edge % 4]
+    def sides(self, half_edge: Index) -> Array:
+        """Bezier points along sides of quads that are not exact, shape ``(n, s, 3)``."""
+        grids = self.grids[self.number[half_edge // 4]]
+        found = np.empty_like(grids[:, 0])
+        borders = (grids[:, :, 0], grids[:, -1], grids[:, ::-1, -1], grids[:, 0, ::-1])
+        for side, border in enumerate(borders):
+            mine = half_edge % 4 == side
+            found[mine] = border[mine]
+        return found
 
 
 def fine_patches(net: CreasedNet, quads: Index, depth: int) -> Fine:
@@ -100,39 +104,60 @@ def fine_patches(net: CreasedNet, quads: Index, depth: int) -> Fine:
     return Fine(depth, number, grids)
 
 
-def rectangle_surface(patches: Array, fine: Fine, block: Index) -> BSplineSurface:
-    """One B-spline from the patches of a rectangle, one unit of its parameters a quad.
+def rectangle_surfaces(patches: Array, fine: Fine, blocks: list[Index]) -> list[BSplineSurface]:
+    """One B-spline from the patches of each rectangle, one unit of its parameters a quad.
 
     Parameters
     ----------
     patches : Bezier patches of the whole net, shape ``(m, 4, 4, 3)``.
-    fine : takes the place of those that are not exact, which only the corners of the
+    fine : takes the place of those that are not exact, which only the corners of a
         rectangle may be.
-    block : turned quads, shape ``(a, b)``, see :func:`crispline.spline.rectangles.rectangles`.
+    blocks : turned quads, shape ``(a, b)``, see :func:`crispline.spline.rectangles.rectangles`.
     """
-    a, b = block.shape
-    turned = np.empty((a, b, 4, 4, 3))
+    alike: dict[tuple[object, ...], list[int]] = {}
+    for index, block in enumerate(blocks):
+        ends = block[:: max(len(block) - 1, 1), :: max(block.shape[1] - 1, 1)]
+        is_fine = fine.number[ends // 4] >= 0
+        alike.setdefault((block.shape, is_fine.tobytes()), []).append(index)
+    surfaces: list[BSplineSurface] = [None] * len(blocks)  # type: ignore[list-item]
+    for group in alike.values():
+        many = np.stack([blocks[index] for index in group], axis=-1)
+        knots_u, knots_v, controls = _alike_surfaces(patches, fine, many)
+        for index, mine in zip(group, np.moveaxis(controls, 2, 0), strict=True):
+            surfaces[index] = BSplineSurface(knots_u, knots_v, np.ascontiguousarray(mine))
+    return surfaces
+
+
+def _alike_surfaces(patches: Array, fine: Fine, blocks: Index) -> tuple[Array, Array, Array]:
+    """Knots and control points ``(p, q, k, 3)`` of ``k`` rectangles with fine quads at the
+    same places; ``blocks`` has shape ``(a, b, k)``.
+    """
+    a, b, k = blocks.shape
+    turned = np.empty((a, b, k, 4, 4, 3))
     for corner in range(4):
-        mine = block % 4 == corner
-        turned[mine] = np.rot90(patches[block[mine] // 4], -corner, axes=(1, 2))
-    grid = np.empty((3 * a + 1, 3 * b + 1, 3))
+        mine = blocks % 4 == corner
+        turned[mine] = np.rot90(patches[blocks[mine] // 4], -corner, axes=(1, 2))
+    grid = np.empty((3 * a + 1, 3 * b + 1, k, 3))
     for p in range(4):
         for q in range(4):
-            grid[p : 3 * a - 2 + p : 3, q : 3 * b - 2 + q : 3] = turned[:, :, p, q]
-    is_fine = fine.number[block // 4] >= 0
+            grid[p : 3 * a - 2 + p : 3, q : 3 * b - 2 + q : 3] = turned[..., p, q, :]
+    is_fine = fine.number[blocks[..., 0] // 4] >= 0
     in_u, in_v = (np.asarray(is_fine.any(axis=axis)) for axis in (1, 0))
     grid = _with_fine_ends(grid, in_u, fine.depth)
     grid = _with_fine_ends(grid.swapaxes(0, 1), in_v, fine.depth).swapaxes(0, 1)
     size = fine.grids.shape[1]
     for i, j in {(0, 0), (0, b - 1), (a - 1, 0), (a - 1, b - 1)}:
         if is_fine[i, j]:
-            quad, corner = divmod(int(block[i, j]), 4)
             along = slice(0, size) if i == 0 else slice(len(grid) - size, None)
             across = slice(0, size) if j == 0 else slice(grid.shape[1] - size, None)
-            grid[along, across] = np.rot90(fine.grids[fine.number[quad]], -corner)
+            for corner in range(4):
+                mine = np.flatnonzero(blocks[i, j] % 4 == corner)
+                finer = fine.grids[fine.number[blocks[i, j, mine] // 4]]
+                turned_finer = np.rot90(finer, -corner, axes=(1, 2))
+                grid[along, across, mine] = np.moveaxis(turned_finer, 0, 2)
     knots_u, knots_v = joined_knots(in_u, fine.depth), joined_knots(in_v, fine.depth)
     along_u = spline_controls(grid, knots_u).swapaxes(0, 1)
-    return BSplineSurface(knots_u, knots_v, spline_controls(along_u, knots_v).swapaxes(0, 1))
+    return knots_u, knots_v, spline_controls(along_u, knots_v).swapaxes(0, 1)
 
 
 def _with_fine_ends(bezier: Array, is_fine: NDArray[np.bool_], depth: int) -> Array:

@@ -21,7 +21,7 @@ from crispline.spline.pieces import (
     Fine,
     fine_patches,
     joined_knots,
-    rectangle_surface,
+    rectangle_surfaces,
     spline_controls,
 )
 from crispline.spline.rectangles import rectangles
@@ -120,7 +120,7 @@ def quilt(net: CreasedNet, depth: int = 1) -> Quilt:
 
     fine = fine_patches(net, np.flatnonzero(~exact), depth)
     patches = gathered_patches(points, net.quads)
-    faces = tuple(rectangle_surface(patches, fine, block) for block in blocks)
+    faces = tuple(rectangle_surfaces(patches, fine, blocks))
     layout = _layout(blocks, len(is_smooth))
     return _sewn(net, points, fine, layout, faces, sum(is_plain))
 
@@ -200,21 +200,23 @@ def _sewn(
     first = border[(twin[border] < 0) | (layout.face[border] < across[border])]
     chain_starts = first[is_vertex[tail[first]]]
     ends_chain = is_vertex[head]
-    edges = []
+    chains = []
     for begin in chain_starts.tolist():
         chain = [begin]
         while not ends_chain[chain[-1]]:
             chain.append(int(layout.ahead[chain[-1]]))
-        edges.append(
-            QuiltEdge(
-                _curve(points, tail, fine, np.array(chain)),
-                int(number[tail[begin]]),
-                int(number[head[chain[-1]]]),
-                _side(layout, begin, chain[-1]),
-                None if twin[begin] < 0 else _side(layout, twin[begin], twin[chain[-1]], False),
-                bool(is_sharp[begin]),
-            )
+        chains.append(chain)
+    edges = [
+        QuiltEdge(
+            curve,
+            int(number[tail[chain[0]]]),
+            int(number[head[chain[-1]]]),
+            _side(layout, chain[0], chain[-1]),
+            None if twin[chain[0]] < 0 else _side(layout, twin[chain[0]], twin[chain[-1]], False),
+            bool(is_sharp[chain[0]]),
         )
+        for chain, curve in zip(chains, _curves(points, tail, fine, chains), strict=True)
+    ]
     return Quilt(points.position[is_vertex], tuple(edges), faces, n_exact, layout.face[::4])
 
 
@@ -226,18 +228,32 @@ def _side(layout: _Layout, first: int, last: int, is_forward: bool = True) -> Ed
     return EdgeSide(int(layout.face[first]), (u0, v0), (u1, v1), int(layout.place[begin]))
 
 
-def _curve(points: CornerPoints, tail: Index, fine: Fine, chain: Index) -> BSplineCurve:
-    """The curve along half-edges, fine where their quads are."""
-    bezier = np.empty((len(chain), 4, 3))
-    bezier[:, 0] = points.position[tail[chain]]
-    bezier[:, 1] = points.outgoing[chain]
-    bezier[:, 2] = points.incoming[next_corner(chain)]
-    bezier[:, 3] = points.position[tail[next_corner(chain)]]
-    is_fine = fine.number[chain // 4] >= 0
-    pieces = [
-        fine.side(half_edge) if finer else piece
-        for half_edge, piece, finer in zip(chain.tolist(), bezier, is_fine, strict=True)
-    ]
-    whole = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
-    knots = joined_knots(is_fine, fine.depth)
-    return BSplineCurve(knots, spline_controls(whole, knots))
+def _curves(
+    points: CornerPoints, tail: Index, fine: Fine, chains: list[list[int]]
+) -> list[BSplineCurve]:
+    """The curves along chains of half-edges, fine where their quads are."""
+    half_edge = np.concatenate([np.array(chain) for chain in chains])
+    bezier = np.empty((len(half_edge), 4, 3))
+    bezier[:, 0] = points.position[tail[half_edge]]
+    bezier[:, 1] = points.outgoing[half_edge]
+    bezier[:, 2] = points.incoming[next_corner(half_edge)]
+    bezier[:, 3] = points.position[tail[next_corner(half_edge)]]
+    is_fine = fine.number[half_edge // 4] >= 0
+    ends = np.cumsum([len(chain) for chain in chains])
+    alike: dict[bytes, list[int]] = {}
+    for index, part in enumerate(np.split(is_fine, ends[:-1])):
+        alike.setdefault(part.tobytes(), []).append(index)
+    curves: list[BSplineCurve] = [None] * len(chains)  # type: ignore[list-item]
+    for pattern, group in alike.items():
+        finer = np.frombuffer(pattern, dtype=bool)
+        last = ends[group]
+        pieces = []
+        for step, is_finer in enumerate(finer.tolist()):
+            row = last - len(finer) + step
+            piece = fine.sides(half_edge[row]) if is_finer else bezier[row]
+            pieces.append(piece[:, 1:] if step else piece)
+        knots = joined_knots(finer, fine.depth)
+        controls = spline_controls(np.concatenate(pieces, axis=1).swapaxes(0, 1), knots)
+        for index, mine in zip(group, controls.swapaxes(0, 1), strict=True):
+            curves[index] = BSplineCurve(knots, np.ascontiguousarray(mine))
+    return curves

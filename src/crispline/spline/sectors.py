@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crispline.errors import InputError
-from crispline.spline.creased import CreasedNet, Index, Sides, net_sides
+from crispline.spline.creased import CreasedNet, Index, Sides, net_sides, side_places
 
 
 class Kind(IntEnum):
@@ -179,9 +179,7 @@ def _require_indices(net: CreasedNet) -> None:
 
 
 def _require_sides(net: CreasedNet, sides: Sides) -> None:
-    pairs = np.sort(net.creases, axis=1)
-    n = len(net.vertices)
-    is_side = np.isin(pairs[:, 0] * n + pairs[:, 1], sides.ends[:, 0] * n + sides.ends[:, 1])
+    is_side = side_places(sides.ends, net.creases, len(net.vertices)) >= 0
     if not is_side.all():
         a, b = net.creases[int(np.argmin(is_side))]
         raise InputError(

@@ -8,6 +8,7 @@ import numpy as np
 
 from crispline.spline.bezier import corner_points
 from crispline.spline.creased import CreasedNet
+from crispline.spline.sectors import net_sectors
 
 
 def passing_through(net: CreasedNet, n_rounds: int = 8) -> CreasedNet:
@@ -29,8 +30,8 @@ def passing_through(net: CreasedNet, n_rounds: int = 8) -> CreasedNet:
     A net with the same quads, creases and corners. Corners stay where they are, as do
     vertices without quads.
     """
-    control = net
+    control, sectors = net, net_sectors(net)
     for _ in range(n_rounds):
-        miss = net.vertices - corner_points(control).position
+        miss = net.vertices - corner_points(control, sectors).position
         control = replace(control, vertices=control.vertices + np.nan_to_num(miss))
     return control
