@@ -103,7 +103,8 @@ class Reconstruction:
         ReconstructionError
             If no shape was built.
         """
-        certificate = certify(self._shape(), points, self.spacing, noise)
+        mesh = None if self.solid is None else self.solid.mesh
+        certificate = certify(self._shape(), points, self.spacing, noise, mesh)
         return replace(self, certificate=certificate)
 
     @property

@@ -9,9 +9,11 @@ from OCP.TopExp import TopExp
 from crispline import occt
 from crispline.brep import patchwork
 from crispline.brep.check import check_shape
-from crispline.brep.patchwork import Patchwork, write_patchwork
+from crispline.brep.patchsolid import patch_solid
+from crispline.brep.patchwork import write_patchwork
 from crispline.cadfile.step import read_step, step_bytes
 from crispline.errors import InputError, ReconstructionError
+from crispline.gauge.certificate import certify
 from crispline.spline.creased import CreasedNet
 from crispline.spline.joins import measure_joins
 from crispline.spline.separate import separated
@@ -142,6 +144,32 @@ def test_a_net_that_is_inside_out_gives_a_solid_all_the_same(nets):
     assert inverted.volume == pytest.approx(outside.volume, rel=1e-9)
 
 
+def test_the_mesh_of_the_net_measures_as_that_of_the_shape_does(nets):
+    """One body with a void, one inside out, one open sheet: faces in another order than quads."""
+    vertices, quads = nets.sphere(8)
+    sheet, cells = nets.plane(4, 3)
+    inside_out = quads[:, ::-1]
+    pieces = [(0.3 * sheet - 4.0, cells), (2.0 * vertices, quads)]
+    pieces += [(0.5 * vertices + 5.0, inside_out), (vertices, inside_out)]
+    first = np.cumsum([0, *(len(points) for points, _ in pieces)])
+    corners = [faces + n for (_, faces), n in zip(pieces, first[:-1], strict=True)]
+    net = smooth(np.concatenate([points for points, _ in pieces]), np.concatenate(corners))
+    solid = patch_solid(net, None, 0.4)
+    rng = np.random.default_rng(0)
+    points = net.vertices[rng.integers(0, len(net.vertices), 800)]
+    points = points + 0.1 * rng.normal(size=points.shape)
+    plain = certify(solid.shape, points, 0.4, 0.1)
+    found = certify(solid.shape, points, 0.4, 0.1, solid.mesh)
+    np.testing.assert_allclose(found.found.distance, plain.found.distance, atol=1e-9)
+    np.testing.assert_array_equal(found.found.face, plain.found.face)
+    assert len(set(plain.found.face.tolist())) == 3 * 6 + 1
+    # The ball of radius 2 has a void of radius 1: its matter lies between.
+    height = np.linalg.norm(points, axis=1)
+    clear = (height < 3.0) & (np.abs(found.found.distance) > 0.02)
+    is_outside = (height > 2.0) | (height < 1.0)
+    np.testing.assert_array_equal((found.found.distance > 0.0)[clear], is_outside[clear])
+
+
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_the_shape_follows_a_motion_and_a_scale(nets, scale):
     vertices, quads = nets.sphere(3)
@@ -170,7 +198,7 @@ def test_a_file_that_reads_back_as_something_else_is_refused(nets, tmp_path, mon
     content = step_bytes(other.shape, has_pcurves=False)
     monkeypatch.setattr(patchwork, "step_bytes", lambda *_, **__: content)
     with pytest.raises(ReconstructionError, match="does not read back"):
-        write_patchwork(Patchwork(patches.shape, patches.quilt), tmp_path / "part.step")
+        write_patchwork(patches, tmp_path / "part.step")
     assert not list(tmp_path.iterdir())
 
 

@@ -13,6 +13,7 @@ from crispline.brep.build import Built, build_shape
 from crispline.brep.check import UNMESHED, BadFace, Check, check_shape
 from crispline.brep.heal import heal
 from crispline.model import Model
+from crispline.occt.measure import Tessellation
 from crispline.surface import Similarity
 from crispline.surface.base import Array
 
@@ -34,6 +35,7 @@ class Solid:
     attempt : how the shape came about: ``'as built'`` or the repair that was kept.
     representation : ``'trimmed'`` faces, ``'mixed'`` with bicubic patches where a region could
         not be trimmed, or ``'patches'`` only.
+    mesh : triangles about a spacing wide with vertices on the shape, where it came with some.
     """
 
     shape: Any
@@ -41,6 +43,7 @@ class Solid:
     face_order: tuple[int, ...]
     attempt: str
     representation: Literal["trimmed", "mixed", "patches"] = "trimmed"
+    mesh: Tessellation | None = None
 
 
 def make_solid(

@@ -11,12 +11,12 @@ from OCP.BRepCheck import BRepCheck_Analyzer
 from crispline import occt
 from crispline.brep.check import STRAY, BadFace, Check, shared_edges_only
 from crispline.brep.compose import Solid
-from crispline.brep.patchwork import build_patchwork
+from crispline.brep.patchwork import Patchwork, build_patchwork
 from crispline.errors import InputError, ReconstructionError
 from crispline.gauge.deviation import measure_deviation
 from crispline.occt.measure import Tessellation, volume
 from crispline.spline.bezier import corner_points
-from crispline.spline.creased import CreasedNet, Index, subdivided
+from crispline.spline.creased import CreasedNet
 from crispline.spline.relax import relaxed
 from crispline.spline.separate import separated
 from crispline.spline.through import passing_through
@@ -51,19 +51,19 @@ def patch_solid(net: CreasedNet, raw_points: Array | None, spacing: float) -> So
         patchwork = build_patchwork(smooth)
     except InputError as error:
         raise ReconstructionError(f"no surface of patches: {error}") from error
-    mesh = _mesh(smooth, patchwork.quilt.face_of_quad)
+    mesh = _mesh(smooth, patchwork)
     check = _check(patchwork.shape, mesh, patchwork.quilt.is_closed, raw_points, spacing)
     order = (-1,) * check.n_faces
-    return Solid(patchwork.shape, check, order, "patches", "patches")
+    return Solid(patchwork.shape, check, order, "patches", "patches", mesh)
 
 
-def _mesh(net: CreasedNet, face_of_quad: Index) -> Tessellation:
-    """Eight triangles a quad, with vertices on the limit surface."""
-    finer = subdivided(net)
-    a, b, c, d = finer.quads.T
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    faces = np.tile(np.repeat(face_of_quad, 4), 2)
-    return Tessellation(np.nan_to_num(corner_points(finer).position), triangles, faces)
+def _mesh(net: CreasedNet, patchwork: Patchwork) -> Tessellation:
+    """Two triangles a quad, with vertices on the limit surface."""
+    face = patchwork.quilt.face_of_quad
+    quads = np.where(patchwork.is_turned[face, None], net.quads[:, ::-1], net.quads)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    position = np.nan_to_num(corner_points(net).position)
+    return Tessellation(position, triangles, np.tile(patchwork.place[face], 2))
 
 
 def _check(

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from OCP.BRep import BRep_Builder
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepClass3d import BRepClass3d_SolidClassifier
@@ -50,10 +51,14 @@ class Patchwork:
     shape : ``TopoDS_Shape``: a solid where the net is closed, a shell where it is
         open, a compound where it has several pieces.
     quilt : its surfaces; see :func:`crispline.spline.joins.measure_joins`.
+    place : of each surface's face in the order of exploration, shape ``(n_faces,)``.
+    is_turned : whether that face has the outer side where its surface has the inner one.
     """
 
     shape: Any
     quilt: Quilt
+    place: NDArray[np.int64]
+    is_turned: NDArray[np.bool_]
 
 
 def build_patchwork(net: CreasedNet, depth: int = 1) -> Patchwork:
@@ -74,8 +79,15 @@ def build_patchwork(net: CreasedNet, depth: int = 1) -> Patchwork:
     # OCCT's tolerances are absolute: the shape is built where a side of the net is about 1.
     to_user = Similarity(_side_length(net), np.eye(3), covered.vertices.mean(axis=0))
     to_sides = to_user.inverse()
-    shape = _assembled(covered, _faces(covered, to_sides), net, to_sides)
-    return Patchwork(occt.transform(shape, to_user), covered)
+    faces = _faces(covered, to_sides)
+    shape = _assembled(covered, faces, net, to_sides)
+    # The bindings compare shapes by their wrappers; the hash tells which are the same.
+    known = {hash(face): index for index, face in enumerate(faces)}
+    found = occt.subshapes(shape, occt.FACE)
+    order = np.array([known[hash(face)] for face in found], dtype=np.int64)
+    is_turned = np.array([face.Orientation() == _REVERSED for face in found])
+    place = np.argsort(order)
+    return Patchwork(occt.transform(shape, to_user), covered, place, is_turned[place])
 
 
 def write_patchwork(patchwork: Patchwork, path: str | PathLike[str]) -> None:

@@ -12,6 +12,7 @@ from crispline import occt
 from crispline.cadfile.step import open_step, step_bytes
 from crispline.cloud.nearest import nearest
 from crispline.gauge.distance import Deviations, deviations
+from crispline.occt.measure import Tessellation
 from crispline.surface.base import Array
 
 N_SIGMAS = 3.0
@@ -89,7 +90,9 @@ class Certificate:
         return max(judged, key=lambda i: self.faces[i].p95, default=None)
 
 
-def certify(shape: Any, points: Array, spacing: float, noise: float) -> Certificate:
+def certify(
+    shape: Any, points: Array, spacing: float, noise: float, mesh: Tessellation | None = None
+) -> Certificate:
     """Measure a cloud against a shape as it comes back from a STEP file.
 
     Parameters
@@ -98,6 +101,7 @@ def certify(shape: Any, points: Array, spacing: float, noise: float) -> Certific
     points : the cloud without outliers, shape ``(n, 3)``.
     spacing : mean distance between neighbouring points.
     noise : standard deviation of the points along the normal, at least the floor of the fits.
+    mesh : see :func:`crispline.gauge.distance.deviations`.
 
     Raises
     ------
@@ -105,7 +109,7 @@ def certify(shape: Any, points: Array, spacing: float, noise: float) -> Certific
         The shape has no face.
     """
     n_faces = len(occt.subshapes(shape, occt.FACE))
-    found = deviations(_as_written(shape, n_faces), points, spacing)
+    found = deviations(_as_written(shape, n_faces), points, spacing, mesh)
     return Certificate(
         noise,
         spacing,

@@ -60,7 +60,9 @@ class Deviations:
     foot: Array
 
 
-def deviations(shape: Any, points: Array, spacing: float) -> Deviations:
+def deviations(
+    shape: Any, points: Array, spacing: float, mesh: Tessellation | None = None
+) -> Deviations:
     """Signed distances of points to a shape, to a thousandth of a spacing or better.
 
     The faces near a point are found on samples of a coarse tessellation; the point is
@@ -72,13 +74,15 @@ def deviations(shape: Any, points: Array, spacing: float) -> Deviations:
     shape : any ``TopoDS_Shape`` with faces.
     points : shape ``(n, 3)``.
     spacing : mean distance between neighbouring points; sets the fineness of the search.
+    mesh : triangles of the shape with vertices on it, if there are any: thousands of B-spline
+        faces take OCCT a minute.
 
     Raises
     ------
     InputError
         The shape has no face with an area, or a surface that is none of OCCT's usual kinds.
     """
-    target, points = _target(shape, spacing), np.asarray(points, dtype=float).reshape(-1, 3)
+    target, points = _target(shape, spacing, mesh), np.asarray(points, float).reshape(-1, 3)
     parts = [target.measured(points[i : i + _CHUNK]) for i in range(0, max(len(points), 1), _CHUNK)]
     return Deviations(
         np.concatenate([part.distance for part in parts]),
@@ -156,9 +160,9 @@ class _Target:
         return point[first], face[first], places[first]
 
 
-def _target(shape: Any, spacing: float) -> _Target:
+def _target(shape: Any, spacing: float, mesh: Tessellation | None) -> _Target:
     faces = occt.subshapes(shape, occt.FACE)
-    mesh = tessellate(shape, _SAMPLE_DEFLECTION * spacing, 0.5)
+    mesh = mesh or tessellate(shape, _SAMPLE_DEFLECTION * spacing, 0.5)
     if not len(mesh.triangles) or mesh.areas().sum() <= 0.0:
         raise InputError(
             "expected a model with at least one face to measure against, found none; "
