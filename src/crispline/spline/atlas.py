@@ -21,8 +21,9 @@ Index = NDArray[np.int64]
 _CHUNK = 50_000
 """Points evaluated together; bounds the memory for their control points."""
 _MAX_STEPS = 40
-_CONVERGED = 1e-11
-"""Newton's method ends when no parameter moves by more than this, in spans."""
+_CONVERGED = 1e-8
+"""Newton's method ends when no parameter moves by more than this, in spans: with a last step
+of that size it is right to rounding."""
 _TICKS = (1 / 6, 1 / 2, 5 / 6)
 """Start values in every span."""
 _ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
@@ -182,9 +183,13 @@ def bernstein(degree: int, t: Array, derivative: int = 0) -> Array:
     if derivative:
         lower = np.pad(bernstein(degree - 1, t, derivative - 1), ((0, 0), (1, 1)))
         return np.asarray(degree * (lower[:, :-1] - lower[:, 1:]))
-    power = np.arange(degree + 1)
-    factors = np.array([comb(degree, i) for i in power], dtype=float)
-    return np.asarray(factors * t[:, None] ** power * (1.0 - t[:, None]) ** power[::-1])
+    values = np.ones((len(t), degree + 1))
+    for parameter, columns in ((t, values.T), (1.0 - t, values.T[::-1])):
+        power = parameter
+        for column in columns[1:]:  # products, as numpy's powers take ten times as long
+            column *= power
+            power = power * parameter
+    return values * np.array([comb(degree, i) for i in range(degree + 1)], dtype=float)
 
 
 def _bezier_pieces(splines: Sequence[TensorSpline]) -> Array:
