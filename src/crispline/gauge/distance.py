@@ -31,7 +31,7 @@ _FAR = 1.0
 """... beyond this distance, in spacings ..."""
 _REACH = 1.5
 """... if they are at most this much farther than the nearest one, in spacings."""
-_EDGE_DEFLECTION = 2e-4
+_EDGE_DEFLECTION = 5e-4
 """Distance between an edge and the polyline that stands for it, in spacings."""
 _SEGMENT = 0.5
 """Longest segment of such a polyline, in spacings."""

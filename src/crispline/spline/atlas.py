@@ -189,7 +189,7 @@ def bernstein(degree: int, t: Array, derivative: int = 0) -> Array:
         for column in columns[1:]:  # products, as numpy's powers take ten times as long
             column *= power
             power = power * parameter
-    return values * np.array([comb(degree, i) for i in range(degree + 1)], dtype=float)
+    return np.asarray(values * [float(comb(degree, i)) for i in range(degree + 1)])
 
 
 def _bezier_pieces(splines: Sequence[TensorSpline]) -> Array:
