@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy, BRepBuilderAPI_MakeFace
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
 
 from crispline import occt
@@ -19,6 +19,8 @@ from crispline.cadfile.units import MILLIMETRES
 from crispline.curve import BSplineCurve, Circle, Line
 from crispline.errors import InputError, ReconstructionError
 from crispline.occt.measure import Tessellation, diagonal, tessellate, volume
+from crispline.surface import BSplineSurface
+from crispline.surface.basis import uniform_knots
 
 import brep_models  # isort: skip
 
@@ -135,6 +137,33 @@ def test_only_faces_whose_triangles_differ_are_integrated(monkeypatch):
     assert integrated == [[1], [1]]
     assert is_same_solid(BRepPrimAPI_MakeCylinder(50.0, 100.0).Shape(), DRUM, 10.0)
     assert not is_same_solid(BRepPrimAPI_MakeCylinder(5.0, 10.0001).Shape(), DRUM)
+
+
+def test_the_same_spline_surfaces_need_no_integral_whatever_their_triangles(monkeypatch):
+    bent, integrated = wavy(0.0), []
+    honest, exactly = Tessellation.cones, readback._volume
+
+    def whole(shape):
+        integrated.append(shape)
+        return exactly(shape)
+
+    monkeypatch.setattr(readback, "_volume", whole)
+    factors = iter([1.0, 1.0, 1.0 + 1e-4] * 2)
+    monkeypatch.setattr(Tessellation, "cones", lambda *args: honest(*args) * next(factors))
+    assert is_same_solid(BRepBuilderAPI_Copy(bent).Shape(), bent)
+    assert not integrated
+    assert is_same_solid(wavy(1e-9), bent)
+    assert len(integrated) == 2
+
+
+def wavy(shift):
+    """One wavy B-spline face, one of its control points shifted."""
+    grid = np.stack(np.meshgrid(np.arange(8.0), np.arange(7.0), [1.0], indexing="ij"), axis=-1)
+    controls = grid[:, :, 0] + 0.2 * np.random.default_rng(0).normal(size=(8, 7, 3))
+    controls[4, 3, 2] += shift
+    knots = (uniform_knots(0.0, 5.0, 5), uniform_knots(0.0, 4.0, 4))
+    surface = occt.bspline_surface(BSplineSurface(*knots, controls))
+    return BRepBuilderAPI_MakeFace(surface, 1e-7).Face()
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e6])
