@@ -123,6 +123,7 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         located.model,
         LabelledNet(smooth, regions.label, located.topology),
         patches,
+        net.vertices,
         cloud.to_user,
         raw[stray < 0],
         options.locate.preserve_move,

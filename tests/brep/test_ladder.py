@@ -133,6 +133,17 @@ def test_one_rung_can_be_asked_for():
     assert patches.solid.check.is_good
 
 
+def test_patches_that_the_edges_spoil_are_smooth():
+    source = ladder()
+    vertices = source.net.vertices.copy()
+    vertices[source.net.creases[0]] += 9.0
+    spoilt = replace(source, net=replace(source.net, vertices=vertices))
+    attempt = spoilt.climb("patches")
+    assert attempt.solid.check.is_good
+    assert "smooth everywhere" in attempt.warnings[0]
+    assert attempt.solid.check.volume == pytest.approx(VOLUME, rel=0.03)
+
+
 def test_patches_that_miss_the_cloud_are_no_success():
     source = ladder()
     elsewhere = replace(source, points=source.points + 6.0 * source.spacing)

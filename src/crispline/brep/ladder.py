@@ -35,6 +35,12 @@ _NO_FACES = (
 )
 
 
+_ROUNDED = (
+    "patches that follow the located edges are not valid, so the patches are smooth everywhere "
+    "and round off the edges"
+)
+
+
 @dataclass(frozen=True)
 class Attempt:
     """A model in the user's unit, the shape of it, and what the user should know.
@@ -60,6 +66,7 @@ class Ladder:
     model : trimmed faces, in the frame where the spacing is 1.
     source : what the model was located on.
     net : the sharpened bicubic surface, in that frame.
+    plain : vertices of the net before any was moved, shape ``(n, 3)``.
     to_user : from that frame to the user's unit.
     points : the cloud without outliers in the user's unit, shape ``(n, 3)``.
     max_move : see :func:`crispline.sharp.patched.patched`.
@@ -70,6 +77,7 @@ class Ladder:
     model: Model
     source: LabelledNet
     net: CreasedNet
+    plain: Array
     to_user: Similarity
     points: Array
     max_move: float
@@ -117,8 +125,15 @@ class Ladder:
         return trimmed
 
     def _patches(self) -> tuple[Solid | None, tuple[str, ...]]:
+        """Patches with the located edges; without, where moving the net to them spoils it."""
         net = replace(self.net, vertices=self.to_user.points(self.net.vertices))
-        return _tried(lambda: patch_solid(net, self._places, self.spacing))
+        solid, warnings = _tried(lambda: patch_solid(net, self._places, self.spacing))
+        if _is_good(solid):
+            return solid, warnings
+        none = np.zeros((0, 2), dtype=np.int64)
+        smooth = CreasedNet(self.to_user.points(self.plain), self.net.quads, none, none[:, 0])
+        rounded, _ = _tried(lambda: patch_solid(smooth, self._places, self.spacing))
+        return (rounded, (_ROUNDED,)) if _is_good(rounded) else (solid, warnings)
 
     def _mixed(self, trimmed: Solid) -> Attempt | None:
         """Patches for the regions that fail, and for those that fail beside them."""
