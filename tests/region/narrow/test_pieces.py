@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from turned import turned
 from witnessed import witnessed
 
 from crispline.fit.plane import fit_plane
 from crispline.options import RegionOptions
 from crispline.region.fitting import fitted_region, held_fit
-from crispline.region.narrow.pieces import shared_by_pieces
-from crispline.surface import Cone, Cylinder
+from crispline.region.narrow.pieces import bridged, shared_by_pieces
+from crispline.surface import Cone, Cylinder, Plane
 
 SIGMA = 0.15
 N_SIDES, INRADIUS, BORE = 6, 30.0, 12.0
@@ -76,3 +77,35 @@ def test_two_are_too_few():
 def test_pieces_of_a_plane_across_the_axis_are_none_of_a_cone():
     label, fits, evidence = nut(slope=0.0)
     assert not shared_by_pieces(label, fits, evidence, OPTIONS)
+
+
+def necked(stands_out):
+    """Two pieces of a chamfer along an edge that stands so far out of it, and a gap between."""
+    top, side, first, second = range(4)
+    across = np.array([1.0, 0.0, 0.0])
+    part = turned([(3.0, 0.0), (15.0, 0.0), (15.0, -12.0)], 60, is_straight=True)
+    points = part.evidence.graph.points
+    lean = np.sqrt(0.5) * (AXIS + across)
+    chamfer = Plane(15.0 * across - stands_out * lean, lean)
+    is_near = np.abs((points - 15.0 * across) @ lean) < 1.5
+    label = part.face.copy()
+    label[is_near & (points[:, 1] < 25.0)] = first
+    label[is_near & (points[:, 1] > 34.0)] = second
+    planes = {top: Plane(np.zeros(3), AXIS), side: Plane(15.0 * across, across)}
+    fits = part.fits({**planes, first: chamfer, second: chamfer}, label)
+    pieces = {name: fits[name] for name in (first, second)}
+    return label, bridged(label, fits, pieces, part.evidence.graph, OPTIONS)
+
+
+def test_pieces_are_one_over_a_neck_that_has_no_patches():
+    label, new = necked(stands_out=0.4)
+    assert not (new == 3).any()
+    assert (new == 2)[(label == 2) | (label == 3)].all()
+    between = (new == 2) & (label < 2)
+    assert between.any()
+
+
+@pytest.mark.parametrize("stands_out", [-0.3, 0.0, 0.05])
+def test_pieces_that_touch_an_edge_or_leave_it_stay_apart(stands_out):
+    label, new = necked(stands_out)
+    np.testing.assert_array_equal(new, label)

@@ -10,7 +10,7 @@ from witnessed import witnessed
 from crispline.options import RegionOptions
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.rounds import with_rounds
-from crispline.surface import Cylinder, Plane, Sphere, Torus
+from crispline.surface import Cone, Cylinder, Plane, Sphere, Torus
 
 TOP, SIDE, CRUMB = 0, 1, 2
 RADIUS, EDGE, N_AROUND = 2.2, 16.2, 60
@@ -126,6 +126,33 @@ def test_a_long_strip_of_a_plane_gives_way_to_the_round_it_stands_for():
     assert (new[label == CRUMB] == name).mean() > 0.9
     assert isinstance(fit.surface, Cylinder)
     assert fit.surface.radius == pytest.approx(RADIUS, abs=0.2)
+
+
+@pytest.mark.parametrize("turn", [-1.0, 1.0], ids=["convex", "concave"])
+def test_a_cone_in_the_middle_of_a_wide_round_about_an_axis_gives_way(turn):
+    radius, edge = 5.0, 30.0
+    turns = np.linspace(0.0, 0.5 * np.pi, 9)
+    inner = edge - radius
+    arc = [(inner + radius * np.sin(t), turn * radius * (1.0 - np.cos(t))) for t in turns]
+    made = turned([(12.0, 0.0), *arc, (edge, turn * 18.0)], 150)
+    points = made.evidence.graph.points
+    reach = np.hypot(points[:, 0], points[:, 1])
+    label = np.where(edge - reach > np.abs(points[:, 2]), TOP, SIDE)
+    is_middle = np.isin(made.face, [4, 5])
+    label[is_middle] = CRUMB
+    middle = inner + radius * np.sqrt(0.5) + turn * turn * radius * (1.0 - np.sqrt(0.5))
+    known = {
+        TOP: Plane(np.zeros(3), UP),
+        SIDE: Cylinder(np.zeros(3), UP, edge),
+        CRUMB: Cone(-turn * middle * -UP, turn * -UP, np.pi / 4.0),
+    }
+    options = replace(OPTIONS, max_pruned_patches=100)
+    assert is_middle.sum() > options.max_pruned_patches
+    new, rounds = with_rounds(label, made.fits(known, label), made.evidence, options)
+    ((name, fit),) = rounds.items()
+    assert isinstance(fit.surface, Torus)
+    assert fit.surface.minor_radius == pytest.approx(radius, abs=0.2)
+    assert (new[(made.face > 1) & (made.face < 8)] == name).mean() > 0.9
 
 
 def test_a_long_strip_of_a_chamfer_stays():

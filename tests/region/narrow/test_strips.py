@@ -6,7 +6,7 @@ from turned import turned
 
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.narrow.strips import joined_strips
-from crispline.surface import Plane
+from crispline.surface import Cylinder, Plane
 
 TOP, STRIP, SIDE, OTHER, THIRD = range(5)
 UP, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
@@ -70,6 +70,24 @@ def test_pieces_between_other_faces_are_joined_where_they_touch():
     )
     np.testing.assert_array_equal(new == STRIP, part.face == STRIP)
     np.testing.assert_array_equal(new[part.face != STRIP], label[part.face != STRIP])
+
+
+def test_pieces_of_one_cylinder_are_joined_where_they_touch():
+    radius = 20.0
+    part = turned([(3.0, 0.0), (radius, 0.0), (radius, -3.0), (3.0, -3.0)], 126)
+    turn = np.arctan2(*part.evidence.graph.points[:, 1::-1].T)
+    rim, piece = 1, 3
+    label = np.where((part.face == rim) & (turn > 1.0), piece, part.face)
+    leaning = np.array([0.06, 0.0, np.sqrt(1.0 - 0.06**2)])
+    surfaces = {
+        0: Plane(np.zeros(3), UP),
+        rim: Cylinder(np.zeros(3), UP, radius),
+        piece: Cylinder(np.zeros(3), leaning, radius),
+        2: Plane(-3.0 * UP, -UP),
+    }
+    fits = part.fits(surfaces, label)
+    new = joined_strips(label, fits, part.evidence, RegionOptions(), FitOptions())
+    np.testing.assert_array_equal(new, part.face)
 
 
 @pytest.mark.parametrize("tilt", [0.2, -0.2])
