@@ -19,6 +19,11 @@ MISFIT_CAP = 8.0
 _TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight (1 - cos), capped
 
 
+def misfit(distance: Array, noise: Array) -> Array:
+    """Squared residuals over 2 sigma^2, capped; both of the same shape."""
+    return np.asarray(np.minimum(0.5 * np.square(distance / noise), MISFIT_CAP))
+
+
 class Claim:
     """The costs of one region's surface, worked out where they are asked for and kept.
 

@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from crispline.options import RegionOptions
-from crispline.region.claim import MISFIT_CAP
+from crispline.region.claim import misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
 from crispline.region.patches import Labels, PatchGraph
@@ -67,9 +67,9 @@ def with_balls(
             continue
         rows = np.flatnonzero(label[evidence.patch] == crumb)
         noise = np.maximum(evidence.noise[rows], options.swallowed_floor)
-        held = _misfit(corner.ball.signed_distance(evidence.points[rows]), noise)
-        known = _misfit(fits[crumb].surface.signed_distance(evidence.points[rows]), noise)
-        if held - known > options.face_cost:
+        held = misfit(corner.ball.signed_distance(evidence.points[rows]), noise)
+        known = misfit(fits[crumb].surface.signed_distance(evidence.points[rows]), noise)
+        if held.sum() - known.sum() > options.face_cost:
             continue
         octant = ((graph.points - corner.ball.centre) @ corner.outward.T > 0.0).all(axis=1)
         octant &= np.abs(corner.ball.signed_distance(graph.points)) < _NEAR
@@ -115,7 +115,3 @@ def _meeting(rounds: list[Cylinder]) -> Array:
 def _offset(surface: Cylinder, point: Array) -> float:
     """Distance of a point from an axis."""
     return float(np.linalg.norm(np.cross(point - surface.origin, surface.axis)))
-
-
-def _misfit(distance: Array, noise: Array) -> float:
-    return float(np.minimum(0.5 * np.square(distance / noise), MISFIT_CAP).sum())

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from crispline.fit.cone import MAX_HALF_ANGLE, MIN_HALF_ANGLE
 from crispline.fit.swept import Profile, Revolution, fit_circle, fit_line
 from crispline.options import RegionOptions
-from crispline.region.claim import MISFIT_CAP, Claim
+from crispline.region.claim import Claim, misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.coaxial import Fits, goes_round
@@ -67,7 +67,7 @@ class _Site:
 
     def misfit(self, surface: Surface) -> Array:
         """Of each point on a surface, shape ``(n,)``."""
-        return _misfit(surface, self.points, self.noise)
+        return misfit(surface.signed_distance(self.points), self.noise)
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def _site(
         distance[k] = fits[region].surface.signed_distance(points)
     nearest = np.argmin(np.abs(distance), axis=0)
     height = distance[nearest, np.arange(len(rows))]
-    off = np.minimum(0.5 * np.square(height / noise), MISFIT_CAP)
+    off = misfit(height, noise)
     owner = label[patch]
     lost = off > 0.5 * _OFF**2
     for k in range(len(larger)):
@@ -149,11 +149,6 @@ def _site(
         if own.any():
             lost &= (nearest != k) | ((height > 0.0) == (np.median(height[own]) > 0.0))
     return _Site(crumb, tuple(larger.tolist()), near, points, noise, patch, owner, off, lost)
-
-
-def _misfit(surface: Surface, points: Array, noise: Array) -> Array:
-    squared = np.square(surface.signed_distance(points) / noise)
-    return np.asarray(np.minimum(0.5 * squared, MISFIT_CAP))
 
 
 def _best(

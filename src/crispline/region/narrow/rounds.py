@@ -17,10 +17,10 @@ from scipy.sparse.csgraph import connected_components
 
 from crispline.fit.swept import Circle, fit_line
 from crispline.options import RegionOptions
-from crispline.region.claim import Claim
+from crispline.region.claim import Claim, misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
-from crispline.region.narrow.stretch import Fits, Mask, Stretch, misfit, stretches
+from crispline.region.narrow.stretch import Fits, Mask, Stretch, stretches
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
 from crispline.surface import Cylinder, Surface, Torus

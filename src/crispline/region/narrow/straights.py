@@ -16,7 +16,7 @@ import numpy as np
 from crispline.fit.bend import Bend, fit_bend
 from crispline.fit.robust import thinned
 from crispline.options import RegionOptions
-from crispline.region.claim import MISFIT_CAP
+from crispline.region.claim import misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
 from crispline.region.patches import Labels, PatchGraph
@@ -96,9 +96,9 @@ def _bent(
         if bend is None:
             return None
         points, own = evidence.points[rows], owner[rows]
-        known = _misfit(_distances(points, own, fits), noise)
+        known = misfit(_distances(points, own, fits), noise)
         beyond = [bend.is_on_straight(points, side) for side in (0, 1)]
-        straight = [_misfit(bend.straight(side).signed_distance(points), noise) for side in (0, 1)]
+        straight = [misfit(bend.straight(side).signed_distance(points), noise) for side in (0, 1)]
         side_of = {
             piece: side
             for piece in pieces
@@ -156,7 +156,3 @@ def _distances(points: Array, owner: Labels, fits: Fits) -> Array:
         own = owner == region
         distance[own] = fits[region].surface.signed_distance(points[own])
     return distance
-
-
-def _misfit(distance: Array, noise: Array) -> Array:
-    return np.asarray(np.minimum(0.5 * np.square(distance / noise), MISFIT_CAP))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from crispline.fit.swept import Revolution, Sweep, Translation
 from crispline.net.graph import components
 from crispline.options import RegionOptions
-from crispline.region.claim import MISFIT_CAP
+from crispline.region.claim import misfit
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
@@ -235,8 +235,3 @@ def _stretch(
     return Stretch(
         faces, crumbs, rounds, field, sweep, cosine, points, noise, owner, heights, known, 0.0
     )
-
-
-def misfit(distance: Array, noise: Array) -> Array:
-    """Squared residuals over 2 sigma^2, capped."""
-    return np.asarray(np.minimum(0.5 * np.square(distance / noise), MISFIT_CAP))
