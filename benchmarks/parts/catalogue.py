@@ -28,6 +28,7 @@ PARTS: dict[str, Callable[[], Any]] = {
         turned.ball_rod,
         turned.ring_groove,
         turned.filleted_boss,
+        turned.hex_bolt,
         turned.stepped_shaft,
         turned.keyed_shaft,
         turned.spline_vase,

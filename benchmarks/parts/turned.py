@@ -20,6 +20,8 @@ from parts.modelling import (
     fillet,
     fuse,
     line,
+    polygon,
+    prism,
     revolution,
     ring,
     sphere,
@@ -60,6 +62,17 @@ def filleted_boss() -> Any:
     body = fuse(box((80, 60, 12), (-40, -30, 0)), cylinder(16, 28, (0, 0, 12)))
     body = fillet(body, 6.0, lambda m: bool(abs(np.hypot(m[0], m[1]) - 16) < 1e-6 and m[2] < 13))
     return fillet(body, 4.0, lambda m: bool(m[2] > 39.9))
+
+
+def hex_bolt() -> Any:
+    """A bolt M20 x 60: chamfered head on a washer face, fillet under it, chamfered end."""
+    turns = np.arange(6) * np.pi / 3
+    corners = polygon([(20 * np.cos(t), 20 * np.sin(t), 0.0) for t in turns])
+    corner = disc(polygon([(17, 0, 14), (30, 0, 14), (30, 0, 14 - 13 * 0.45)]))
+    head = cut(prism(disc(corners), (0, 0, 14)), revolution(corner))
+    bolt = fuse(head, cylinder(16, 1.2, (0, 0, -1.2)), cylinder(10, 60, (0, 0, -60)))
+    bolt = fillet(bolt, 2.0, lambda m: bool(abs(m[2] + 1.2) < 0.01 and np.hypot(*m[:2]) < 11))
+    return chamfer(bolt, 2.0, lambda m: bool(m[2] < -59.9))
 
 
 def stepped_shaft() -> Any:
