@@ -33,8 +33,6 @@ _NO_FACES = (
     "no surfaces explain most of the scan, so the model is made of bicubic patches only; if the "
     "part has plain faces, the scan is too noisy or too coarse for them, or bent"
 )
-
-
 _ROUNDED = (
     "patches that follow the located edges are not valid, so the patches are smooth everywhere "
     "and round off the edges"

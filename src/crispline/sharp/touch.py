@@ -7,7 +7,7 @@ between their tips that hardly leaves the cone. That edge is the point.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from itertools import product
 
@@ -16,7 +16,13 @@ import numpy as np
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.region.topology import Chain, Topology
-from crispline.sharp.network import chains_at, contracted, labels_beside, shortened
+from crispline.sharp.network import (
+    chains_by_end,
+    contracted,
+    corner_vertices,
+    labels_beside,
+    shortened,
+)
 from crispline.sharp.revise import loops_keep_two
 from crispline.sharp.trace import MAX_MOVE, guide_along
 from crispline.surface.base import Array
@@ -58,11 +64,18 @@ def met_at_touches(
     touches: set[int] = set()
     crossed: set[tuple[int, int]] = set()
     while True:
+        around = chains_by_end(topology, corner_vertices(topology))
         for index, chain in enumerate(topology.chains):
             start, end = int(chain.vertices[0]), int(chain.vertices[-1])
             if (start, end) in crossed:
                 continue
-            places = _touches(chain, topology, net_vertices, regions, are_one, options)
+            if start == end or -1 in (chain.left, chain.right):
+                continue
+            beyond = [
+                set(labels_beside(topology.chains[k] for k in around[vertex]))
+                for vertex in (start, end)
+            ]
+            places = _touches(chain, beyond, net_vertices, regions, are_one, options)
             if len(places) and loops_keep_two(topology, index):
                 break
         else:
@@ -79,7 +92,7 @@ def met_at_touches(
 
 def _touches(
     chain: Chain,
-    topology: Topology,
+    beyond: Sequence[set[int]],
     net_vertices: Array,
     regions: Mapping[int, RegionFit],
     are_one: Callable[[int, int], bool],
@@ -87,20 +100,13 @@ def _touches(
 ) -> Array:
     """The one place where an edge touches the surface beyond its ends, or the two where it crosses.
 
-    Shape ``(k, 3)``; none where it does neither.
+    Shape ``(k, 3)``; none where it does neither. ``beyond`` are the regions round its two ends.
     """
     nowhere = np.empty((0, 3))
-    ends = [int(chain.vertices[k]) for k in (0, -1)]
     own = (chain.left, chain.right)
-    if ends[0] == ends[1] or -1 in own:
-        return nowhere
-    beyond = [
-        set(labels_beside(topology.chains[k] for k in chains_at(topology, end))).difference(own)
-        for end in ends
-    ]
     pairs = [
         pair
-        for pair in product(*map(sorted, beyond))
+        for pair in product(*(sorted(labels.difference(own)) for labels in beyond))
         if pair[0] != pair[1]
         and are_one(*pair)
         and not any(are_one(*sorted((pair[0], label))) for label in own)

@@ -7,6 +7,7 @@ But the axis is known, from the bore or the shank, and about it one line explain
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
@@ -47,16 +48,16 @@ def shared_by_pieces(
     """
     found: dict[int, RegionFit] = {}
     size = np.bincount(label)
+    noise = {
+        name: float(np.median(evidence.patch_noise[label == name]))
+        for name in sorted(fits, key=lambda name: (-size[name], name))
+        if size[name] <= options.max_pruned_patches and len(fits[name].points) >= _MIN_POINTS
+    }
     for sweep in axes(fits, size, options):
-        small = [
-            name
-            for name in sorted(fits, key=lambda name: (-size[name], name))
-            if size[name] <= options.max_pruned_patches
-            and len(fits[name].points) >= _MIN_POINTS
-            and name not in found
-        ]
+        small = [name for name in noise if name not in found]
+        flat = {name: sweep.flattened(fits[name].points) for name in small}
         while small:
-            pieces, surface = _pieces(small, sweep, label, fits, evidence)
+            pieces, surface = _pieces(small, sweep, flat, noise, fits)
             if surface is not None and len(pieces) >= _MIN_PIECES:
                 for name in pieces:
                     fit = fits[name]
@@ -106,12 +107,14 @@ def bridged(
 
 
 def _pieces(
-    names: list[int], sweep: Revolution, label: Labels, fits: Fits, evidence: Evidence
+    names: list[int],
+    sweep: Revolution,
+    flat: Mapping[int, Array],
+    noise: Mapping[int, float],
+    fits: Fits,
 ) -> tuple[list[int], Surface | None]:
     """Those of some faces that share a cone with the first, and the cone; None if it is none."""
-    flat = {name: sweep.flattened(fits[name].points) for name in names}
-    noise = {name: float(np.median(evidence.patch_noise[label == name])) for name in names}
-    sigma = max(noise.values())
+    sigma = max(noise[name] for name in names)
     members, line = [names[0]], fit_line(flat[names[0]], sigma)
     for name in names[1:]:
         if line is None or abs(float(np.median(_off(line, flat[name])))) > _SAME:
