@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -91,7 +92,8 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     )
     watch.stage("edges", 0.8)
     topology = border_topology(quads, regions.label)
-    fits, located = _located(topology, net.vertices, regions, cloud, sigma, options)
+    fits, find = _finder(topology, net.vertices, regions, cloud, sigma, options)
+    located = find()
     smooth = settled(net, regions.label, fits, options.locate.settle_move)
     patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
     places = cloud.to_user.points(net.vertices)
@@ -128,19 +130,20 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         raw[stray < 0],
         options.locate.preserve_move,
         regions.has_faces,
+        lambda labels: find(patched=labels),
     )
     return Features(ladder, result, opening)
 
 
-def _located(
+def _finder(
     topology: Topology,
     net_vertices: Array,
     regions: Segmentation,
     cloud: WorkingCloud,
     sigma: float,
     options: Options,
-) -> tuple[Mapping[int, RegionFit], Located]:
-    """The surfaces as they meet each other, and where.
+) -> tuple[Mapping[int, RegionFit], Callable[..., Located]]:
+    """The surfaces as they meet each other, and what locates where.
 
     A sculpture is made of patches, which have sharp edges only, and clear ones.
     """
@@ -151,7 +154,8 @@ def _located(
     else:
         clear = max(accepted.smooth_angle_deg, accepted.sculpture_angle_deg)
         accepted = replace(accepted, smooth_angle_deg=clear)
-    return fits, locate(
+    return fits, partial(
+        locate,
         topology,
         net_vertices,
         fits,

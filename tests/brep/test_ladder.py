@@ -1,5 +1,7 @@
 """Trimmed faces, patches where a region fails, patches only: every rung is a valid solid."""
 
+import itertools
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -19,7 +21,7 @@ from crispline.net.quads import QuadNet
 from crispline.options import Options
 from crispline.region.topology import border_topology
 from crispline.shapes import SHAPES, sample
-from crispline.sharp.patched import LabelledNet, patched
+from crispline.sharp.patched import LabelledNet, has_sides, patched
 from crispline.stopwatch import Stopwatch
 from crispline.surface import Similarity, Sphere
 
@@ -170,3 +172,30 @@ def test_what_occt_refuses_to_build_is_a_rung_that_fails(monkeypatch):
     made = ladder().climb("auto")
     assert made.solid.representation == "patches"
     assert made.solid.check.is_good
+
+
+@cache
+def octahedron():
+    """What the models of a scan of an octahedron are made from: four faces meet in a corner."""
+    rng = np.random.default_rng(0)
+    signs = np.array(list(itertools.product((-10.0, 10.0), repeat=3)))
+    weights = rng.dirichlet(np.ones(3), 3000)
+    points = signs[rng.integers(0, 8, 3000)] * weights + rng.normal(0.0, 0.02, (3000, 3))
+    return located_features(points, Options(), Stopwatch())
+
+
+def test_a_region_beside_a_collapsed_border_can_be_patches():
+    found = octahedron()
+    collapsed = [text for text in found.result.warnings if "became one corner" in text]
+    assert collapsed
+    regions = [int(name) for name in re.search(r"regions (\d+), (\d+)", collapsed[0]).groups()]
+    source = found.ladder
+    assert len(source.model.vertices) == 6
+    for region in regions:
+        assert not has_sides(source.source, [region])
+        model = patched(*source._beside([region]), [region], MAX_MOVE)
+        assert {face.region for face in model.faces if face.is_patch} == {region}
+        solid = make_solid(model.transformed(source.to_user), source.points, source.spacing)
+        assert solid.check.is_good, solid.check
+        assert solid.check.volume == pytest.approx(4000.0 / 3.0, rel=0.01)
+        assert solid.check.edge_tolerance < 0.3 * source.spacing

@@ -116,6 +116,23 @@ def test_a_ridge_without_room_collapses(shapes, mismatch, raggedness, seed):
     assert all(edge.gap < 1e-9 for edge in model.edges)
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_beside_patches_no_ridge_collapses(shapes, side):
+    """The net has the ridge, and patches have the net's sides; the other faces hold its ends."""
+    model, warnings = shapes["hip_roof"](0.0, 0).located(patched=[side])
+    assert_consistent(model)
+    if side == 1:  # no side of the ridge
+        assert (len(model.vertices), len(model.edges)) == (5, 8)
+        return
+    assert warnings == ()
+    assert (len(model.vertices), len(model.edges)) == (6, 9)
+    hips = [edge for edge in model.edges if 2 in (edge.left, edge.right) and edge.angle > 0.1]
+    trimmed = [edge for edge in hips if 0 not in (edge.left, edge.right)]
+    assert all(edge.gap < 1e-9 for edge in trimmed)
+    tops = [v for v in range(6) if model.vertices[v, 2] > 5.0]
+    assert np.linalg.norm(np.diff(model.vertices[tops], axis=0)) > 0.5
+
+
 def test_a_ridge_with_room_stays(shapes):
     model, warnings = shapes["hip_roof"](1.0, 1, 0.5).located()
     assert warnings == ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Literal
@@ -15,7 +15,8 @@ from crispline.brep.compose import Solid, make_solid
 from crispline.brep.patchsolid import patch_solid
 from crispline.errors import ReconstructionError
 from crispline.model import Model
-from crispline.sharp.patched import LabelledNet, patched
+from crispline.sharp.locate import Located
+from crispline.sharp.patched import LabelledNet, has_sides, patched
 from crispline.spline.creased import CreasedNet
 from crispline.surface.base import Array, Similarity
 
@@ -70,6 +71,8 @@ class Ladder:
     max_move : see :func:`crispline.sharp.patched.patched`.
     has_faces : whether the surfaces of the model explain the cloud. Where they do not,
         trimming them is a waste of time, and patches come first.
+    located_beside : the same model located anew, with no border collapsed beside the regions of
+        some labels, which become patches.
     """
 
     model: Model
@@ -80,6 +83,7 @@ class Ladder:
     points: Array
     max_move: float
     has_faces: bool
+    located_beside: Callable[[Collection[int]], Located]
 
     @property
     def spacing(self) -> float:
@@ -140,7 +144,7 @@ class Ladder:
             is_failing = np.isin(self.source.label, list(reasons))
             if not reasons or is_failing.mean() > _MAX_SHARE:
                 return None
-            mixed = patched(self.model, self.source, reasons, self.max_move)
+            mixed = patched(*self._beside(reasons), reasons, self.max_move)
             if mixed is None or sum(face.is_patch for face in mixed.faces) > _MAX_PATCHES:
                 return None
             model = mixed.transformed(self.to_user)
@@ -162,6 +166,13 @@ class Ladder:
                 return None
             reasons = more | reasons
         return None
+
+    def _beside(self, regions: Collection[int]) -> tuple[Model, LabelledNet]:
+        """The trimmed model and its borders, which are sides of the net beside some regions."""
+        if has_sides(self.source, regions):
+            return self.model, self.source
+        located = self.located_beside(regions)
+        return located.model, replace(self.source, topology=located.topology)
 
     def _place(self, label: int) -> str:
         """Where a region lies, in the user's unit."""

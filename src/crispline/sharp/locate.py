@@ -28,7 +28,7 @@ from crispline.sharp.network import (
     corner_vertices,
     labels_beside,
 )
-from crispline.sharp.revise import collapsible_chain, split_at_branches
+from crispline.sharp.revise import collapsible_chains, split_at_branches
 from crispline.sharp.rim import split_at_kinks
 from crispline.sharp.search import Search, thinning
 from crispline.sharp.tears import mended
@@ -68,6 +68,7 @@ def locate(
     options: LocateOptions,
     *,
     is_sculpture: bool = False,
+    patched: Collection[int] = (),
 ) -> Located:
     """Turn a labelled net and its fitted surfaces into a boundary representation.
 
@@ -81,6 +82,8 @@ def locate(
     options : what is accepted.
     is_sculpture : whether the model will be of patches: then borders are only drawn between
         their surfaces, and only sharp ones hold a corner.
+    patched : labels of regions that become patches: their borders stay sides of the net, as
+        long as these are, and the corners at the ends of short ones are held by the others.
     """
     doubts: list[Doubt] = []
     finder: _Finder = Drawing(regions, options)
@@ -88,7 +91,8 @@ def locate(
         topology, torn = mended(topology, net_vertices, regions, cloud)
         doubts += [_torn(chain, net_vertices) for chain in torn]
         topology = split_at_branches(topology, net_vertices, regions)
-        met = met_at_touches(topology, net_vertices, regions, options)
+        held = _held(topology, patched)
+        met = met_at_touches(topology, net_vertices, regions, options, held)
         topology, net_vertices, touches = met
         finder = Search(regions, cloud, sigma, thinning(cloud), options, touches)
     topology, net_vertices = split_at_kinks(topology, net_vertices, options)
@@ -97,14 +101,15 @@ def locate(
     borders = finder.borders(topology.chains, guides)
     around = chains_by_end(topology, anchors)
     places, ending = net_vertices[list(around)], list(around.values())
-    found = finder.corners(places, ending, topology.chains, borders)
-    corners = dict(zip(around, found, strict=True))
-    while (index := collapsible_chain(topology, net_vertices, corners, options)) is not None:
+    first = finder.corners(places, ending, topology.chains, borders)
+    corners = dict(zip(around, first, strict=True))
+    held = _held(topology, patched)
+    while (found := _collapse(topology, net_vertices, corners, held, options)) is not None:
+        index, kept, lost = found
         gone = topology.chains[index]
-        kept, lost = int(gone.vertices[0]), int(gone.vertices[-1])
         net_vertices = net_vertices.copy()
         net_vertices[kept] = 0.5 * (net_vertices[kept] + net_vertices[lost])
-        topology = contracted(topology, index)
+        topology = contracted(topology, index, kept, lost)
         del borders[index], corners[lost]
         ending = [chains_at(topology, kept)]
         corners[kept] = finder.corners(net_vertices[[kept]], ending, topology.chains, borders)[0]
@@ -113,11 +118,48 @@ def locate(
             "than its corners are certain and became one corner"
         )
         doubts.append(Doubt(text, net_vertices[kept]))
+    if patched:
+        short = collapsible_chains(topology, net_vertices, corners, options)
+        tips = {int(v) for index in short for v in topology.chains[index].vertices[[0, -1]]}
+        around = {
+            vertex: [i for i in ending if not _is_beside(topology.chains[i], patched)]
+            for vertex, ending in chains_by_end(topology, sorted(tips)).items()
+        }
+        places = net_vertices[list(around)]
+        apart = finder.corners(places, list(around.values()), topology.chains, borders)
+        corners |= dict(zip(around, apart, strict=True))
     ends = [_ends(*pair, corners) for pair in zip(topology.chains, borders, strict=True)]
     creases = finder.creases(topology.chains, borders, ends)
     doubts += _doubts(topology, corners, creases)
     model = _model(topology, regions, corners, borders, creases, options)
     return Located(model, topology, tuple(doubts))
+
+
+def _collapse(
+    topology: Topology,
+    net_vertices: Array,
+    corners: Mapping[int, Corner],
+    held: Collection[int],
+    options: LocateOptions,
+) -> tuple[int, int, int] | None:
+    """A chain to shrink to a point, the end that stays, and the other, which none may hold."""
+    for index in collapsible_chains(topology, net_vertices, corners, options):
+        first, last = topology.chains[index].vertices[[0, -1]].tolist()
+        if last not in held:
+            return index, first, last
+        if first not in held:
+            return index, last, first
+    return None
+
+
+def _held(topology: Topology, labels: Collection[int]) -> set[int]:
+    """Net vertices at the ends of the borders of some regions."""
+    beside = [chain for chain in topology.chains if _is_beside(chain, labels)]
+    return {int(vertex) for chain in beside for vertex in chain.vertices[[0, -1]]}
+
+
+def _is_beside(chain: Chain, labels: Collection[int]) -> bool:
+    return chain.left in labels or chain.right in labels
 
 
 class _Finder(Protocol):

@@ -50,14 +50,12 @@ def side_labels(chain: Chain) -> list[int]:
     return [label for label in (chain.left, chain.right) if label != -1]
 
 
-def contracted(topology: Topology, index: int) -> Topology:
-    """Shrink a chain to a point: its last vertex becomes its first everywhere.
+def contracted(topology: Topology, index: int, kept: int, lost: int) -> Topology:
+    """Shrink a chain to a point: one of its ends becomes the other everywhere.
 
     The chain must have two different ends; then one vertex and one edge go, so
     the Euler characteristic stays.
     """
-    gone = topology.chains[index]
-    kept, lost = int(gone.vertices[0]), int(gone.vertices[-1])
     chains = tuple(
         _with_end_moved(chain, lost, kept)
         for position, chain in enumerate(topology.chains)

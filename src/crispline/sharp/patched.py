@@ -66,12 +66,9 @@ def patched(
     no points. None where the borders of the regions are no sides of the net (they were
     contracted), or the patches cannot be laid out.
     """
-    chains = source.topology.chains
-    inside = [(c.left in regions, c.right in regions) for c in chains]
-    beside = [_pairs(chain) for chain, sides in zip(chains, inside, strict=True) if any(sides)]
-    pairs = np.concatenate([np.zeros((0, 2), dtype=np.int64), *beside])
-    if len(sides_of(source.net.quads, pairs)) < len(pairs):
+    if not has_sides(source, regions):
         return None
+    inside = [(c.left in regions, c.right in regions) for c in source.topology.chains]
     try:
         net, origin = _subnet(model, source, inside, np.isin(source.label, list(regions)), max_move)
         net = passing_through(separated(net))
@@ -79,6 +76,17 @@ def patched(
     except InputError:
         return None
     return _Weaver(model, source, frozenset(regions), inside, net, origin, cover).woven()
+
+
+def has_sides(source: LabelledNet, regions: Collection[int]) -> bool:
+    """Whether the borders of some regions are sides of the net: none beside them collapsed."""
+    beside = [
+        _pairs(chain)
+        for chain in source.topology.chains
+        if chain.left in regions or chain.right in regions
+    ]
+    pairs = np.concatenate([np.zeros((0, 2), dtype=np.int64), *beside])
+    return len(sides_of(source.net.quads, pairs)) == len(pairs)
 
 
 def _pairs(chain: Chain) -> Index:

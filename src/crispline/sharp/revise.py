@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -54,13 +54,13 @@ def split_at_branches(
     return topology
 
 
-def collapsible_chain(
+def collapsible_chains(
     topology: Topology,
     net_vertices: Array,
     corners: Mapping[int, Corner],
     options: LocateOptions,
-) -> int | None:
-    """Index of the first chain whose corners are one point, or have changed places; else None."""
+) -> Iterator[int]:
+    """Indices of the chains whose corners are one point, or have changed places, ascending."""
     for index, chain in enumerate(topology.chains):
         start, end = int(chain.vertices[0]), int(chain.vertices[-1])
         if chain.is_closed:
@@ -72,8 +72,7 @@ def collapsible_chain(
         is_reversed = located @ in_net < 0.0 and length < _REVERSED_LENGTH
         is_spurious = length < options.collapse_length and (is_one_point or is_reversed)
         if is_spurious and loops_keep_two(topology, index):
-            return index
-    return None
+            yield index
 
 
 def loops_keep_two(topology: Topology, index: int) -> bool:

@@ -73,6 +73,8 @@ class Search:
     def _corner(self, place: Array, chains: Sequence[Chain], borders: Sequence[Border]) -> Corner:
         """The corner where some borders end."""
         surfaces = [self.regions[label].surface for label in labels_beside(chains)]
+        if not surfaces:  # patches all round: the net holds it
+            return Corner(place, 0.0, is_fallback=False)
         if len(surfaces) == 1:  # a corner of a rim: only the end of the points holds it
             return Corner(intersect(place[None], surfaces)[0][0], 0.0, is_fallback=False)
         return locate_corner(

@@ -7,7 +7,7 @@ between their tips that hardly leaves the cone. That edge is the point.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from functools import cache
 from itertools import product
 
@@ -37,6 +37,7 @@ def met_at_touches(
     net_vertices: Array,
     regions: Mapping[int, RegionFit],
     options: LocateOptions,
+    held: Set[int] = frozenset(),
 ) -> tuple[Topology, Array, set[int]]:
     """The border network after finding the corners beside a surface that touches an edge.
 
@@ -49,6 +50,7 @@ def met_at_touches(
     net_vertices : spacings, shape ``(n, 3)``.
     regions : the fitted surface of every label.
     options : what counts as being on a surface.
+    held : vertices at which all edges stay as long as they are.
 
     Returns
     -------
@@ -69,7 +71,7 @@ def met_at_touches(
             start, end = int(chain.vertices[0]), int(chain.vertices[-1])
             if (start, end) in crossed:
                 continue
-            if start == end or -1 in (chain.left, chain.right):
+            if start == end or -1 in (chain.left, chain.right) or not held.isdisjoint((start, end)):
                 continue
             beyond = [
                 set(labels_beside(topology.chains[k] for k in around[vertex]))
@@ -83,7 +85,7 @@ def met_at_touches(
         net_vertices = net_vertices.copy()
         net_vertices[start], net_vertices[end] = places[0], places[-1]
         if len(places) == 1:
-            topology = contracted(topology, index)
+            topology = contracted(topology, index, start, end)
             touches = touches - {end} | {start}
         else:
             topology = shortened(topology, index)
