@@ -217,3 +217,36 @@ def test_an_unforeseen_error_names_its_stage(monkeypatch):
     monkeypatch.setattr("crispline.features.quad_net", broken)
     with pytest.raises(ReconstructionError, match=r"stage 'net' broke down \(ZeroDivisionError"):
         reconstruct(scan(3000).points)
+
+
+@pytest.mark.parametrize("rise", [0.9, -0.9, 1.5], ids=["pad", "pocket", "higher pad"])
+def test_low_pads_and_pockets_keep_their_corners(rise):
+    """Walls of one and a half spacings, and of two and a half, round a rectangle."""
+    rng = np.random.default_rng(0)
+    size, low, high = np.array([36.0, 26.0, 8.0]), np.array([8.0, 6.0]), np.array([28.0, 20.0])
+    sheets = [
+        ((0, 0, 0), (36, 0, 0), (0, 26, 0)),
+        ((0, 0, 0), (36, 0, 0), (0, 0, 8)),
+        ((0, 26, 0), (36, 0, 0), (0, 0, 8)),
+        ((0, 0, 0), (0, 26, 0), (0, 0, 8)),
+        ((36, 0, 0), (0, 26, 0), (0, 0, 8)),
+        ((0, 0, 8), (36, 0, 0), (0, 26, 0)),
+        ((8, 6, 8 + rise), (20, 0, 0), (0, 14, 0)),
+        ((8, 6, 8), (20, 0, 0), (0, 0, rise)),
+        ((8, 20, 8), (20, 0, 0), (0, 0, rise)),
+        ((8, 6, 8), (0, 14, 0), (0, 0, rise)),
+        ((28, 6, 8), (0, 14, 0), (0, 0, rise)),
+    ]
+    places, first, second = np.moveaxis(np.array(sheets, dtype=float), 1, 0)
+    area = np.linalg.norm(np.cross(first, second), axis=1)
+    own = rng.choice(len(sheets), 9000, p=area / area.sum())
+    u, v = rng.random((2, 9000, 1))
+    points = places[own] + u * first[own] + v * second[own]
+    is_covered = (own == 5) & ((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1)
+    points = points[~is_covered] + rng.normal(0.0, 0.04, ((~is_covered).sum(), 3))
+    part = reconstruct(points)
+    assert part.solid.representation == "trimmed"
+    assert len(part.model.faces) == 11
+    assert {face.surface.kind for face in part.model.faces} == {"plane"}
+    assert part.solid.check.volume == pytest.approx(size.prod() + rise * 280.0, rel=3e-3)
+    assert part.solid.check.edge_tolerance < 0.01
