@@ -23,6 +23,8 @@ PARTS: dict[str, Callable[[], Any]] = {
         prismatic.housing,
         prismatic.rounded_box,
         prismatic.sheet_channel,
+        prismatic.low_pads,
+        prismatic.chamfered_link,
         turned.flange,
         turned.cone_hub,
         turned.ball_rod,

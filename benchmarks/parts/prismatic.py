@@ -52,6 +52,29 @@ def filleted_bracket() -> Any:
     )
 
 
+def low_pads() -> Any:
+    """A plate (90 x 60 x 12) with low pads and shallow pockets whose outlines turn corners."""
+    plate = fuse(
+        box((90, 60, 12)),
+        box((26, 20, 1.2), (8, 8, 12)),
+        fillet(box((26, 18, 2.2), (8, 34, 12)), 5.0, lambda m: bool(abs(m[2] - 13.1) < 1e-6)),
+    )
+    ell = prism(disc(polygon([(44, 8, 10.9), (82, 8, 10.9), (82, 26, 10.9), (60, 26, 10.9),
+                              (60, 36, 10.9), (44, 36, 10.9)])), (0, 0, 5))  # fmt: skip
+    return cut(plate, ell, cylinder(6.0, 5.0, (72, 44, 11.0)))
+
+
+def chamfered_link() -> Any:
+    """A link with round ends (96 x 36 x 14), 1.2 off all along both outlines, and two bores."""
+    link = fuse(
+        box((60, 36, 14), (-30, -18, 0)),
+        cylinder(18.0, 14.0, (-30, 0, 0)),
+        cylinder(18.0, 14.0, (30, 0, 0)),
+    )
+    link = chamfer(link, 1.2, lambda m: bool(m[2] < 1e-6 or m[2] > 14 - 1e-6))
+    return cut(link, cylinder(9.0, 20.0, (-30, 0, -2)), cylinder(6.0, 20.0, (30, 0, -2)))
+
+
 def draft_pocket() -> Any:
     """A block (70 x 50 x 26) with a rounded pocket whose walls lean by 8 degrees."""
     sections = BRepOffsetAPI_ThruSections(True, True)

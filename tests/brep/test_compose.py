@@ -148,13 +148,13 @@ def test_faces_with_large_gaps_are_asked_for_in_a_file(monkeypatch):
         asked.append(shape)
         return (2,)
 
-    monkeypatch.setattr(check, "faces_lost_in_step", spoilt)
+    monkeypatch.setattr(compose, "faces_lost_in_step", spoilt)
     tight = make_solid(brep_models.box_cylinder().model, None, 1.0)
     assert tight.check.is_good
     assert not asked
     loose = make_solid(brep_models.shaken(brep_models.box().model, 0.5, seed=2), None, 1.0)
-    assert loose.check.vertex_tolerance > check.LOOSE
-    assert [fault.reason for fault in loose.check.bad_faces] == [check.SPOILT]
+    assert loose.check.vertex_tolerance > compose.LOOSE
+    assert [fault.reason for fault in loose.check.bad_faces] == [compose.SPOILT]
     assert loose.attempt == "as built"  # no repair can tell
     assert len(asked) == 1
 

@@ -27,7 +27,7 @@ from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS_Edge
 
 from crispline import occt
-from crispline.cadfile.step import faces_lost_in_step, read_step
+from crispline.cadfile.step import read_step
 from crispline.gauge.deviation import measure_deviation
 from crispline.occt.measure import Tessellation, tessellate, volume
 from crispline.surface.base import Array
@@ -36,10 +36,6 @@ STRAY = 3.0
 """A face this far from the cloud, or a cloud this far from the model, is a failure, in spacings."""
 MAX_TOLERANCE = 3.0
 """An edge or vertex with a larger tolerance hides a gap in the model, in spacings."""
-LOOSE = 0.3
-"""With borders of larger tolerance, in spacings, a shape may be another one in a file."""
-SPOILT = "it does not survive being written to a STEP file"
-"""Reason of a face that is valid in memory only."""
 UNMESHED = "it cannot be triangulated"
 """Reason of a face that OCCT finds no fault in but cannot fill."""
 _DEFLECTIONS = (0.01, 0.002)
@@ -173,9 +169,6 @@ def check_shape(
             for i in np.flatnonzero(deviation.n_uncovered)
             if not len(vanishing)  # their points lie beside faces that are none the worse
         ]
-    is_loose = max(edge_tolerance, vertex_tolerance) > LOOSE * spacing
-    if is_valid and is_loose and not bad and not problems:
-        bad = [BadFace(index, SPOILT) for index in faces_lost_in_step(shape)]
     return Check(
         is_valid,
         is_closed,

@@ -12,6 +12,7 @@ from crispline import occt
 from crispline.brep.build import Built, build_shape
 from crispline.brep.check import UNMESHED, BadFace, Check, check_shape
 from crispline.brep.heal import heal
+from crispline.cadfile.step import faces_lost_in_step
 from crispline.model import Model
 from crispline.occt.measure import Tessellation
 from crispline.surface import Similarity
@@ -20,6 +21,12 @@ from crispline.surface.base import Array
 _HEALINGS = ((0.1, False), (1.0, False), (1.0, True))
 """Repairs to try in turn: largest tolerance in spacings, and whether the parameter
 curves of faulty faces are made anew. The gentlest comes first."""
+
+
+LOOSE = 0.3
+"""With borders of larger tolerance, in spacings, a shape may be another one in a file."""
+SPOILT = "it does not survive being written to a STEP file"
+"""Reason of a face that is valid in memory only."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,8 @@ def make_solid(
     2. Otherwise the repairs of ``_HEALINGS`` are tried, and the first good shape is
        returned; without one, the shape with the fewest faults, and a check that says so. A
        repair that cannot say which face of the model fails is no better than none.
+    3. A good shape with large gaps is written and read back where it stands: a file may spoil
+       its faces in the model's frame and not in another.
 
     Parameters
     ----------
@@ -100,7 +109,11 @@ def make_solid(
         edge_tolerance=best.check.edge_tolerance * scale,
         vertex_tolerance=best.check.vertex_tolerance * scale,
     )
-    return replace(best, shape=occt.transform(best.shape, back), check=check)
+    shape = occt.transform(best.shape, back)
+    if check.is_good and max(check.edge_tolerance, check.vertex_tolerance) > LOOSE * spacing:
+        lost = [BadFace(best.face_order[index], SPOILT) for index in faces_lost_in_step(shape)]
+        check = replace(check, bad_faces=tuple(lost))
+    return replace(best, shape=shape, check=check)
 
 
 def _to_unit_spacing(model: Model, spacing: float) -> Similarity:

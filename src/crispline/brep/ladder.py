@@ -27,7 +27,7 @@ _MAX_ROUNDS = 2
 """How often regions that turn out to fail beside patches become patches too."""
 _MAX_SHARE = 0.35
 """Share of the quads above which a model of patches only is simpler ..."""
-_MAX_PATCHES = 500
+_MAX_PATCHES = 1000
 """... and number of patches, as each is built and meshed like any other face."""
 
 _NO_FACES = (

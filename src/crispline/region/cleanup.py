@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -14,14 +16,15 @@ Labels = NDArray[np.int64]
 _MAX_ROUNDS = 60
 
 
-def tidy(label: Labels, quads: HalfEdges, min_patches: int) -> Labels:
+def tidy(label: Labels, quads: HalfEdges, min_patches: int, held: Collection[int] = ()) -> Labels:
     """Labels whose regions are connected, not tiny, and never meet themselves across a vertex.
 
-    A label keeps its number on its largest piece; other pieces get new numbers.
+    A label keeps its number on its largest piece; other pieces get new numbers. Those ``held``
+    may be as small as they are.
     """
-    label = _absorb_small(one_piece_per_label(label, quads), quads, min_patches)
+    label = _absorb_small(one_piece_per_label(label, quads), quads, min_patches, held)
     label = _unpinch(label, quads)
-    return one_piece_per_label(_absorb_small(label, quads, min_patches), quads)
+    return one_piece_per_label(_absorb_small(label, quads, min_patches, held), quads)
 
 
 def pieces(label: Labels, quads: HalfEdges) -> Labels:
@@ -47,14 +50,18 @@ def one_piece_per_label(label: Labels, quads: HalfEdges) -> Labels:
     return label_of[piece]
 
 
-def _absorb_small(label: Labels, quads: HalfEdges, min_patches: int) -> Labels:
+def _absorb_small(
+    label: Labels, quads: HalfEdges, min_patches: int, held: Collection[int]
+) -> Labels:
     """Give every piece of fewer than ``min_patches`` to the neighbour with the longest border."""
     label = label.copy()
     neighbours = quads.neighbours()
     for _ in range(_MAX_ROUNDS):
         piece = pieces(label, quads)
         size = np.bincount(piece)
-        small = np.flatnonzero(size < min_patches)
+        is_held = np.zeros(len(size), dtype=bool)
+        is_held[piece[np.isin(label, list(held))]] = True
+        small = np.flatnonzero((size < min_patches) & ~is_held)
         if len(small) == 0 or len(size) == len(small) == 1:
             break
         members = np.flatnonzero(np.isin(piece, small))

@@ -24,6 +24,8 @@ _WINDOW = 3  # rings of patches that a side grows from
 _APART = 2  # rings between one such window and the next
 _CHANCES = 2  # surfaces that may have grown over a place before no more are tried there
 _OWN = 0.5  # share of its patches that no longer side has, of a side that is one
+_MIN_REST = 4  # patches that a short side between two others leaves to itself
+_OWN_REST = 0.3  # share of its patches that no other has, of such a short side
 _EXPLAINED = 0.8  # share of the patches of a contour that its sides must explain
 _LOOSE = 1.7  # scatter over that of the ground, beyond which the sides cut a bent contour short
 
@@ -56,6 +58,7 @@ def sides(ground: Ground, kinds: Sequence[PrimitiveFit], min_patches: int) -> li
     if whole is not None and _largest_rest(ground, whole[0]) < min_patches:
         is_side = len(everything) >= min_patches
         return [Side(whole[0].surface, whole[1], everything)] if is_side else []
+    ungrown = ground
     chosen: list[tuple[Surface, int]] = []
     for growth, kind in sorted(_growths(ground, kinds), key=lambda found: -found[0].worth):
         own = growth.patches[ground.is_free[growth.patches]]
@@ -64,13 +67,25 @@ def sides(ground: Ground, kinds: Sequence[PrimitiveFit], min_patches: int) -> li
             ground = ground.without(growth.patches)
     if not chosen or ground.is_free.mean() > 1.0 - _EXPLAINED:
         return []
+    # What is between the ends of two long sides may be too short to grow among them.
+    piece = components(ground.adjacency, ground.is_free)
+    for name in np.unique(piece[ground.is_free]).tolist():
+        rest = np.flatnonzero(ground.is_free & (piece == name))
+        grown = _grown(ungrown, kinds, rest) if len(rest) >= _MIN_REST else None
+        if grown is not None and ground.is_free[grown[0].patches].mean() >= _OWN_REST:
+            chosen.append((grown[0].surface, grown[1]))
     away = np.abs([surface.signed_distance(ground.points) for surface, _ in chosen])
-    nearest = np.argmin(away, axis=0)
-    parts = [np.flatnonzero(nearest == index) for index in range(len(chosen))]
+    while True:
+        sizes = np.bincount(np.argmin(away, axis=0), minlength=len(chosen))
+        if sizes.min() >= min_patches:
+            break
+        away = np.delete(away, np.argmin(sizes), axis=0)
+        del chosen[int(np.argmin(sizes))]
     scatter = np.sqrt(np.mean(np.min(away, axis=0)[~ground.is_free] ** 2))
-    if min(map(len, parts)) < min_patches or scatter > _LOOSE * ground.sigma:
+    if scatter > _LOOSE * ground.sigma:
         return []
-    return [Side(*found, part) for found, part in zip(chosen, parts, strict=True)]
+    nearest = np.argmin(away, axis=0)
+    return [Side(*found, np.flatnonzero(nearest == k)) for k, found in enumerate(chosen)]
 
 
 def _growths(ground: Ground, kinds: Sequence[PrimitiveFit]) -> list[tuple[Growth, int]]:

@@ -14,6 +14,7 @@ from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.balls import with_balls
+from crispline.region.narrow.bevels import with_bevels
 from crispline.region.narrow.ends import with_ends
 from crispline.region.narrow.groove import with_grooves
 from crispline.region.narrow.necks import with_necks
@@ -55,10 +56,11 @@ def restored(
     """
     graph = evidence.graph
     known: dict[int, RegionFit] = {}
+    low: set[int] = set()
 
     def settle(new: Labels, found: Mapping[int, RegionFit]) -> None:
         nonlocal label, fits
-        label = tidy(new, quads, options.min_patches)
+        label = tidy(new, quads, options.min_patches, low)
         known.update(found)
         fits = _held(refit(label), known, label, new, evidence)
 
@@ -75,6 +77,9 @@ def restored(
     new, rounds = with_rounds(label, fits, evidence, options)
     if rounds:
         settle(closed_rings(new, rounds, graph, options), rounds)
+    new, bevels = with_bevels(label, fits, rounds, evidence, options)
+    if bevels:
+        settle(closed_rings(new, bevels, graph, options), bevels)
     new, balls = with_balls(label, fits, evidence, options)
     if balls:
         settle(expand_regions(new, {**fits, **balls}, evidence, options), balls)
@@ -91,6 +96,7 @@ def restored(
         settle(bridged(new, fits, pieces, graph, options), pieces)
     new, walls = with_step_walls(label, fits, evidence, options)
     if walls:
+        low |= walls.keys()
         settle(new, walls)
     new, grown = with_wedges(label, fits, graph, quads, options)
     if grown:

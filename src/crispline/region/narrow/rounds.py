@@ -39,7 +39,6 @@ _REFINEMENTS = 2
 _SAME_BALL = 6.0  # rise of the misfit for which the ball of a neighbour is the better guess
 _SPREAD = 0.1  # of the radius of a ball among those of its edges
 _BIAS = 0.25  # of a radius, by which the nearer of two surfaces misleads
-_NEWTON_STEPS = 4
 
 
 @dataclass(frozen=True)
@@ -242,13 +241,6 @@ def _radius(surface: Surface) -> float:
 
 def _surface(edge: Stretch, faces: list[RegionFit], radius: float, side: float) -> Surface | None:
     """What the ball of a radius sweeps: its centre is as far from both faces."""
-    centre = edge.points[np.argmin(np.abs(edge.heights).sum(axis=0))]
-    for _ in range(_NEWTON_STEPS):
-        feet = [face.surface.project(centre[None]) for face in faces]
-        rows = np.stack(
-            [normal[0] * f.orientation for (_, normal), f in zip(feet, faces, strict=True)]
-        )
-        height = np.einsum("ij,ij->i", rows, centre - np.stack([foot[0] for foot, _ in feet]))
-        centre = centre + np.linalg.lstsq(rows, side * radius - height, rcond=None)[0]
+    centre = edge.place(faces, np.full(2, side * radius))
     place = edge.sweep.flattened(centre[None])[0]
     return edge.sweep.surface(Circle(place, radius))

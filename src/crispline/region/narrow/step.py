@@ -42,6 +42,7 @@ _KEPT = 0.8  # share of the patches along a border that its wall must explain
 _OFF = 2.0  # sigmas; points so far off both faces are those of the wall between them ...
 _NEAR = 1.5  # ... if no farther from where the patches have it, spacings
 _MIN_POINTS = 6
+_MIN_PATCHES = 8  # of a wall, two rows along its border: one that a groove or a pad ends with
 _CLEARLY = 5.0  # by how much a curve with more parameters must be likelier, nats
 _GROWTH_STEPS = 6
 _RINGS = 2  # patches so near to a wall may be its own
@@ -67,7 +68,7 @@ def with_step_walls(
     label = label.copy()
     walls: dict[int, RegionFit] = {}
     for step in list(low_steps(label, fits, evidence.graph, options)):
-        for piece, found in _walls(step, label, fits, evidence, options):
+        for piece, found in _walls(step, label, fits, evidence):
             name = int(label.max()) + 1
             parts = {plane: fits[plane] for plane in step.planes}
             new = {name + k: fit for k, (fit, _) in enumerate(found)}
@@ -98,7 +99,7 @@ def _cost(
 
 
 def _walls(
-    step: LowStep, label: Labels, fits: Fits, evidence: Evidence, options: RegionOptions
+    step: LowStep, label: Labels, fits: Fits, evidence: Evidence
 ) -> Iterator[tuple[Mask, list[tuple[RegionFit, Labels]]]]:
     """The walls of every piece of the border, its patches, and those of each wall."""
     graph = evidence.graph
@@ -124,7 +125,7 @@ def _walls(
                 _snug(side, members[side.patches], piece == name, step, profiles, fits, evidence),
                 side,
             )
-            for side in sides(ground, kinds, options.min_patches)
+            for side in sides(ground, kinds, _MIN_PATCHES)
         ]
         if found:
             yield piece == name, [(fit, members[side.patches]) for fit, side in found]

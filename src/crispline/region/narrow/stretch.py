@@ -6,7 +6,7 @@ problem in the plane; crumbs of a narrow face may stand between them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -35,6 +35,7 @@ _LARGER = 2  # times the smallest crumb is large enough for a face beside it
 _FARTHER = 3.0  # times as far from the edge as the stretch goes, a crumb may be a piece of a round
 _MIN_ANGLE, _MAX_ANGLE = np.radians(25.0), np.radians(155.0)  # between the faces' normals
 _MAX_TILT = np.radians(3.0)  # of surfaces that count as being about one axis ...
+_NEWTON_STEPS = 4
 _MAX_OFFSET = 0.5  # ... within so much, spacings
 
 
@@ -91,6 +92,18 @@ class Stretch:
             heights=self.heights[:, kept],
             known=self.known[kept],
         )
+
+    def place(self, faces: Sequence[RegionFit], heights: Array) -> Array:
+        """The point at heights ``(2,)`` above the two faces, nearest to the edge."""
+        found = self.points[np.argmin(np.abs(self.heights).sum(axis=0))]
+        for _ in range(_NEWTON_STEPS):
+            feet = [face.surface.project(found[None]) for face in faces]
+            rows = np.stack(
+                [normal[0] * f.orientation for (_, normal), f in zip(feet, faces, strict=True)]
+            )
+            now = np.einsum("ij,ij->i", rows, found - np.stack([foot[0] for foot, _ in feet]))
+            found = found + np.linalg.lstsq(rows, heights - now, rcond=None)[0]
+        return np.asarray(found)
 
     def misfit_with_round(self, radius: float, side: float, *, only: bool = False) -> Array:
         """The misfit of the points with a ball that touches both faces, or with what is known.

@@ -1,0 +1,105 @@
+"""Narrow chamfers between known faces, straight and about an axis."""
+
+import numpy as np
+import pytest
+from turned import turned
+
+from crispline.options import RegionOptions
+from crispline.region.narrow.bevels import with_bevels
+from crispline.surface import Cone, Cylinder, Plane
+
+TOP, SIDE, FIRST, SECOND = 0, 1, 2, 3
+EDGE, N_AROUND = 16.2, 60
+UP, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+OPTIONS = RegionOptions()
+
+
+def part(breaking, is_straight, turn=-1.0):
+    """A top whose rim is broken as given, and a side that goes down from it, or up."""
+    corners = [(3.0, 0.0), *breaking, (EDGE, turn * 9.0)]
+    made = turned(corners, N_AROUND, is_straight)
+    points = made.evidence.graph.points
+    reach = points[:, 0] if is_straight else np.hypot(points[:, 0], points[:, 1])
+    label = np.where(EDGE - reach > np.abs(points[:, 2]), TOP, SIDE)  # they meet halfway
+    is_broken = (made.face > 0) & (made.face < made.face.max())
+    return made, label, is_broken
+
+
+def chamfered(is_straight, setbacks=(2.0, 2.0), turn=-1.0):
+    return part([(EDGE - setbacks[0], 0.0), (EDGE, turn * setbacks[1])], is_straight, turn)
+
+
+def surfaces(is_straight, lean=0.0):
+    side = Plane(EDGE * ACROSS, ACROSS) if is_straight else Cylinder(np.zeros(3), UP, EDGE)
+    middle = np.array([EDGE - 1.0, 0.0, -1.0])
+    crumbs = [
+        Plane(middle, np.array([np.cos(angle), 0.0, np.sin(angle)]))
+        for angle in (0.25 * np.pi + lean, 0.25 * np.pi - lean)
+    ]
+    return {TOP: Plane(np.zeros(3), UP), SIDE: side, FIRST: crumbs[0], SECOND: crumbs[1]}
+
+
+def found(made, label, is_straight, lean=0.0):
+    known = {k: s for k, s in surfaces(is_straight, lean).items() if (label == k).any()}
+    return with_bevels(label, made.fits(known, label), {}, made.evidence, OPTIONS)
+
+
+def setbacks_of(surface):
+    """Where a chamfer begins on the top and on the side, from their edge."""
+    if isinstance(surface, Plane):
+        off = (surface.origin - EDGE * ACROSS) @ surface.normal
+        return -off / surface.normal[0], -off / surface.normal[2]
+    height = surface.apex[2] + surface.axis[2] * EDGE / np.tan(surface.half_angle)
+    return EDGE - abs(surface.apex[2]) * np.tan(surface.half_angle), -height
+
+
+@pytest.mark.parametrize("turn", [-1.0, 1.0], ids=["convex", "concave"])
+@pytest.mark.parametrize("is_straight", [True, False], ids=["straight", "turned"])
+def test_a_chamfer_that_two_faces_closed_over_comes_back(is_straight, turn):
+    made, label, is_broken = chamfered(is_straight, turn=turn)
+    new, bevels = found(made, label, is_straight)
+    ((name, fit),) = bevels.items()
+    assert isinstance(fit.surface, Plane if is_straight else Cone)
+    assert (new[is_broken] == name).mean() > 0.8
+    assert (new == name)[~is_broken].mean() < 0.05
+    on_top, on_side = setbacks_of(fit.surface)
+    assert on_top == pytest.approx(2.0, abs=0.15)
+    assert on_side == pytest.approx(-turn * 2.0, abs=0.15)
+
+
+def test_legs_that_differ_are_told_apart():
+    made, label, _ = chamfered(is_straight=True, setbacks=(3.2, 1.8))
+    _, bevels = found(made, label, is_straight=True)
+    ((_, fit),) = bevels.items()
+    assert setbacks_of(fit.surface) == pytest.approx((3.2, 1.8), abs=0.25)
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.2, 0.35])
+def test_crumbs_that_lean_give_way(lean):
+    made, label, is_broken = chamfered(is_straight=True)
+    along = made.evidence.graph.points[:, 1]
+    label = np.where(is_broken & (along < 25.0), FIRST, label)
+    label = np.where(is_broken & (along > 35.0), SECOND, label)
+    new, bevels = found(made, label, True, lean)
+    ((name, fit),) = bevels.items()
+    assert set(np.unique(new)) == {TOP, SIDE, name}
+    assert setbacks_of(fit.surface) == pytest.approx((2.0, 2.0), abs=0.15)
+    # Equal legs are what a cutter leaves: it leans by half a right angle, exactly.
+    assert abs(fit.surface.normal[0]) == pytest.approx(np.sqrt(0.5), abs=1e-6)
+
+
+@pytest.mark.parametrize("is_straight", [True, False], ids=["straight", "turned"])
+def test_a_sharp_edge_stays_sharp(is_straight):
+    made, label, _ = part([(EDGE, 0.0)], is_straight)
+    new, bevels = found(made, label, is_straight)
+    assert not bevels
+    np.testing.assert_array_equal(new, label)
+
+
+@pytest.mark.parametrize("radius", [2.2, 3.0])
+def test_a_round_is_no_chamfer(radius):
+    turns = np.linspace(0.0, 0.5 * np.pi, 6)
+    inner = EDGE - radius
+    arc = [(inner + radius * np.sin(t), -radius * (1.0 - np.cos(t))) for t in turns]
+    made, label, _ = part(arc, is_straight=True)
+    assert not found(made, label, is_straight=True)[1]
