@@ -103,3 +103,10 @@ def test_a_round_is_no_chamfer(radius):
     arc = [(inner + radius * np.sin(t), -radius * (1.0 - np.cos(t))) for t in turns]
     made, label, _ = part(arc, is_straight=True)
     assert not found(made, label, is_straight=True)[1]
+
+
+def test_a_chamfer_that_is_there_stays():
+    made, label, is_broken = chamfered(is_straight=True)
+    new, bevels = found(made, np.where(is_broken, FIRST, label), is_straight=True)
+    assert not bevels
+    assert (new[is_broken] == FIRST).all()

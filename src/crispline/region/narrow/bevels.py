@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -31,6 +32,7 @@ _EXPLAINED = 0.6  # share of the misfit of the lost points that a chamfer must e
 _SAME_CUT = 6.0  # rise of the misfit for which the cut of other edges is the better guess
 _SAME_SHARE = 0.1  # and of what the cut explains: of other edges that end here, points are too
 _TOGETHER = 0.5  # times the cost of a face that a chamfer must gain, with the crumbs it replaces
+_SAME_PLACE = 0.1  # spacings; a chamfer that has been found so near stays as it is
 _LEVELS = 10
 _REFINEMENTS = 3
 _MAX_POINTS = 2000
@@ -126,7 +128,7 @@ def with_bevels(
     for group in _round_one_face(cuts):
         crumbs = {crumb for cut in group for crumb in cut.edge.crumbs} - taken
         surfaces = [surface for cut in group if (surface := cut.surface(fits)) is not None]
-        if len(surfaces) < len(group):
+        if len(surfaces) < len(group) or all(map(partial(_is_there, fits), group, surfaces)):
             continue
         yielding = _yielding(group, surfaces, sorted(crumbs), label, fits, evidence, options)
         if yielding is None:
@@ -246,6 +248,15 @@ def _common(cuts: Sequence[_Cut]) -> tuple[float, float]:
     equal = float(legs[int(np.argmin(totals))])
     is_borne = min(totals) <= sum(cut.total(free) for cut in cuts) + _SAME_CUT
     return (equal, equal) if is_borne else free
+
+
+def _is_there(fits: Fits, cut: _Cut, surface: Surface) -> bool:
+    """Whether the one crumb between the two faces is the chamfer already."""
+    if len(cut.edge.crumbs) != 1:
+        return False
+    fit = fits[cut.edge.crumbs[0]]
+    feet = fit.surface.project(fit.points)[0]
+    return fit.is_accepted and bool(np.abs(surface.signed_distance(feet)).max() < _SAME_PLACE)
 
 
 def _yielding(
