@@ -75,3 +75,14 @@ def test_many_holes_are_found_one_by_one_from_the_lowest_vertex_on(nets):
     loops = border_loops(np.delete(whole, middle, axis=0))
     assert sorted(len(loop) for loop in loops) == [4] * len(middle) + [160]
     assert [loop[0] for loop in loops] == sorted(loop.min() for loop in loops)
+
+
+def test_wide_quad_holes_stay_open(nets):
+    vertices, quads, _ = nets.box(6)
+    hole = np.delete(quads, [7, 8, 12, 13], axis=0)
+    (ring,) = border_loops(hole)
+    middle = vertices[ring].mean(axis=0)
+    width = 2.0 * np.linalg.norm(vertices[ring] - middle, axis=1).max()
+    for widest, is_filled in ((1.01 * width, True), (0.99 * width, False)):
+        more = len(with_quad_holes_filled(vertices, hole, 12, widest)[1]) - len(hole)
+        assert (more > 0) == is_filled

@@ -79,13 +79,16 @@ def with_small_holes_filled(mesh: TriangleMesh, max_width: float) -> TriangleMes
     return compact(np.concatenate(vertices), np.concatenate(triangles))
 
 
-def with_quad_holes_filled(vertices: Array, quads: Index, longest: int) -> tuple[Array, Index]:
+def with_quad_holes_filled(
+    vertices: Array, quads: Index, longest: int, widest: float = np.inf
+) -> tuple[Array, Index]:
     """Close border loops of an even number of sides with quads round a new vertex.
 
     Parameters
     ----------
     vertices, quads : a quad net, shapes ``(n, 3)`` and ``(m, 4)``.
     longest : most sides of a loop that is closed.
+    widest : a ball of this width, in spacings, holds every loop that is closed.
 
     Returns
     -------
@@ -98,6 +101,11 @@ def with_quad_holes_filled(vertices: Array, quads: Index, longest: int) -> tuple
     for loop in border_loops(quads):
         ring = loop[::-1]
         if len(ring) % 2 or not 4 <= len(ring) <= longest:
+            continue
+        if (
+            2.0 * np.linalg.norm(vertices[ring] - vertices[ring].mean(axis=0), axis=1).max()
+            > widest
+        ):
             continue
         if len(ring) == 4:
             new_quads.append(ring[None])

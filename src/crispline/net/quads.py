@@ -192,7 +192,8 @@ class _Builder:
             self.options.min_piece,
             self.threads,
         )
-        filled = with_quad_holes_filled(cut.vertices, cut.quads, _LONGEST_HOLE)
+        fill = self.options.fill_holes
+        filled = with_quad_holes_filled(cut.vertices, cut.quads, _LONGEST_HOLE, fill)
         return Trimmed(*filled, cut.n_lost_pieces, cut.n_lost_points)
 
     def _on_cloud(self, mesh: TriangleMesh) -> TriangleMesh:

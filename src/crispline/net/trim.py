@@ -22,6 +22,7 @@ _ON_PIECE = 3.0  # points this near to a piece of surface are on it
 _BUBBLE = 2.0  # a piece with less than a tenth of it nearer than this to a point is no surface
 _BARE_SHARE = 0.9
 _MIN_POLYGONS = 12  # fewer make no region
+_LONGEST_SIDE = 3.0  # of a quad, spacings: meshed at 1, it was torn between two sheets
 _MAX_MOVE = 1.5
 _MOVES = 2
 
@@ -51,7 +52,7 @@ def trimmed(
     min_piece: int,
     threads: int = -1,
 ) -> Trimmed:
-    """Cut a net that runs on over the ends of a cloud.
+    """Cut a net that runs on over the ends of a cloud, or from one sheet of it to another.
 
     Parameters
     ----------
@@ -66,7 +67,8 @@ def trimmed(
     on_border = np.zeros(len(vertices), dtype=bool)
     on_border[_rim(quads, len(vertices))] = True
     cover = coverage(vertices, _links(quads, len(vertices)), on_border, found, fill_holes)
-    keep = cover.value[quads].mean(axis=1) > 0.0
+    side = np.linalg.norm(vertices[quads] - vertices[np.roll(quads, -1, axis=1)], axis=2)
+    keep = (cover.value[quads].mean(axis=1) > 0.0) & (side.max(axis=1) <= _LONGEST_SIDE)
     vertices, quads = used_only(vertices, without_pinches(quads[keep]))
     vertices, quads, lost = without_crumbs(vertices, quads, tree, min_piece, threads)
     return Trimmed(_rim_on_end(vertices, quads, tree, local_spacing, threads), quads, *lost)
