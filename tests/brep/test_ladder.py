@@ -199,3 +199,40 @@ def test_a_region_beside_a_collapsed_border_can_be_patches():
         assert solid.check.is_good, solid.check
         assert solid.check.volume == pytest.approx(4000.0 / 3.0, rel=0.01)
         assert solid.check.edge_tolerance < 0.3 * source.spacing
+
+
+def around_a_corner():
+    """A corner of the box and the regions that meet there."""
+    model = ladder().model
+    corner = next(edge.start for edge in model.edges if edge.curve.kind == "line")
+    sides = {
+        side
+        for edge in model.edges
+        if corner in (edge.start, edge.end)
+        for side in (edge.left, edge.right)
+    }
+    return corner, sorted(model.faces[side].region for side in sides)
+
+
+def test_patches_leave_the_gap_of_a_corner_behind():
+    source = ladder()
+    corner, regions = around_a_corner()
+    gaps = np.full(len(source.model.vertices), 5.0)
+    model = replace(source.model, vertex_gaps=gaps)
+    assert patched(model, source.source, regions, MAX_MOVE).vertex_gaps[corner] == 0.0
+    # A trimmed face that is left there has the gap that it really has.
+    assert patched(model, source.source, regions[:1], MAX_MOVE).vertex_gaps[corner] < 0.01
+
+
+def test_a_corner_located_badly_does_not_bend_patches():
+    source = ladder()
+    corner, regions = around_a_corner()
+    vertices = source.model.vertices.copy()
+    place = vertices[corner].copy()
+    vertices[corner] += 6.0
+    model = replace(source.model, vertices=vertices)
+    mixed = patched(model, source.source, regions, MAX_MOVE)
+    assert np.linalg.norm(mixed.vertices[corner] - place) < MAX_MOVE
+    # Where two trimmed faces meet there, all go to where their edge ends.
+    held = patched(model, source.source, regions[:1], MAX_MOVE)
+    assert np.array_equal(held.vertices[corner], vertices[corner])

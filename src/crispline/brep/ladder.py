@@ -93,7 +93,7 @@ class Ladder:
     @cached_property
     def _places(self) -> Array:
         """Where a model must be and may be: the points, and the net over the holes it fills."""
-        net = self.source.net.vertices
+        net = np.concatenate([self.source.net.vertices, self.plain])
         distance = cKDTree(self.to_user.inverse().points(self.points)).query(net)[0]
         return np.concatenate([self.points, self.to_user.points(net[distance > _BARE])])
 

@@ -8,7 +8,7 @@ other, and, within a gap that is measured, with the trimmed faces around.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,7 +58,8 @@ def patched(
     model : trimmed faces in a frame where the spacing is 1.
     source : what it was located on.
     regions : labels of the faces to replace.
-    max_move : a border that lies farther than this from the net keeps to the net.
+    max_move : a border or corner that lies farther than this from the net keeps to the net; a
+        corner not if a border of two trimmed faces ends there.
 
     Returns
     -------
@@ -107,6 +108,9 @@ def _subnet(
     is_placed = np.zeros(len(vertices), dtype=bool)
     creases = [np.zeros((0, 2), dtype=np.int64)]
     ends: list[int] = []
+    trimmed = [edge for edge, sides in zip(model.edges, inside, strict=True) if not any(sides)]
+    is_held = np.zeros(len(model.vertices), dtype=bool)
+    is_held[[end for edge in trimmed for end in (edge.start, edge.end)]] = True
     for chain, edge, (left, right) in zip(source.topology.chains, model.edges, inside, strict=True):
         if not (left or right):
             continue
@@ -120,7 +124,12 @@ def _subnet(
         elif edge.is_sharp and is_near:
             creases.append(_pairs(chain))
         if not chain.is_closed:
-            vertices[chain.vertices[[0, -1]]] = model.vertices[[edge.start, edge.end]]
+            ends_at = chain.vertices[[0, -1]]
+            corners = model.vertices[[edge.start, edge.end]]
+            is_far = np.linalg.norm(corners - source.net.vertices[ends_at], axis=1) > max_move
+            # A corner that was located badly binds trimmed edges only.
+            moves = ~is_far | is_held[[edge.start, edge.end]]
+            vertices[ends_at[moves]] = corners[moves]
     origin, quads = np.unique(source.net.quads[is_chosen], return_inverse=True)
     number = np.full(len(vertices), -1)
     number[origin] = np.arange(len(origin))
@@ -199,7 +208,12 @@ class _Weaver:
         ]
         faces += self._patches(place)
         vertices = np.concatenate([self.model.vertices, added])
+        vertices[vertex] = self.cover.vertices
         gaps = np.concatenate([self.model.vertex_gaps, np.zeros(len(added))])
+        # Patches go through the vertices: of their gaps only those to trimmed faces are left.
+        gaps = np.where(
+            np.isin(np.arange(len(gaps)), vertex), _gaps(vertices, edges, faces[:n_kept]), gaps
+        )
         return Model(vertices, gaps, tuple(edges), tuple(faces))
 
     def _net_vertices(self) -> Index:
@@ -270,6 +284,19 @@ class _Weaver:
             )
             for surface, border, label in zip(self.cover.faces, borders, region, strict=True)
         ]
+
+
+def _gaps(vertices: Array, edges: Sequence[Edge], faces: Sequence[Face]) -> Array:
+    """Largest distance of every vertex to those of some faces that meet there, shape ``(n,)``."""
+    gaps = np.zeros(len(vertices))
+    for face in faces:
+        around = np.unique(
+            [end for loop in face.loops for e, _ in loop for end in (edges[e].start, edges[e].end)]
+        )
+        if len(around):
+            away = np.abs(face.surface.signed_distance(vertices[around]))
+            gaps[around] = np.maximum(gaps[around], away)
+    return gaps
 
 
 def _rerouted(
