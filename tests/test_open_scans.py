@@ -88,3 +88,22 @@ def test_a_net_that_thin_walls_tear_is_refused_before_anything_is_fitted(monkeyp
     monkeypatch.setattr("crispline.features.segment", lambda *_: pytest.fail("went on"))
     with pytest.raises(ReconstructionError, match=r"torn at 30 places: .* under 2 spacings"):
         crispline.reconstruct(points)
+
+
+def test_ripples_that_neighbours_share_are_no_faces():
+    rng = np.random.default_rng(3)
+    n, spacing, bend = 4687, 0.4, np.radians(CREASE_DEG)
+    x, y = rng.uniform(-15.0, 15.0, n), rng.uniform(0.0, 25.0, n)
+    waves = rng.normal(size=(40, 2)) * 0.35 / spacing
+    phase = rng.uniform(0.0, 2.0 * np.pi, 40)
+    ripple = np.cos(np.column_stack([x, y]) @ waves.T + phase).sum(axis=1)
+    off = spacing * (0.1 * rng.normal(size=n) + 0.2 * ripple / ripple.std())
+    down = np.maximum(x, 0.0)
+    points = np.column_stack([np.minimum(x, 0.0) + down * np.cos(bend), y, -down * np.sin(bend)])
+    lean = np.where(x > 0.0, bend, 0.0)
+    points += off[:, None] * np.column_stack([np.sin(lean), np.zeros(n), np.cos(lean)])
+    result = crispline.reconstruct(points)
+    assert result.valid
+    assert result.representation == "trimmed"
+    assert [face.kind for face in result.faces] == ["plane", "plane"]
+    assert result.noise == pytest.approx(np.hypot(0.1, 0.2) * spacing, rel=0.2)

@@ -12,7 +12,9 @@ from crispline.brep.ladder import Ladder
 from crispline.cloud.average import averaged
 from crispline.cloud.noise import noise_levels
 from crispline.cloud.pointcloud import PointCloud
+from crispline.cloud.scale import N_NEIGHBOURS
 from crispline.cloud.thin import thin_walls
+from crispline.cloud.waves import noise_growth
 from crispline.cloud.working import WorkingCloud, working_cloud
 from crispline.errors import ReconstructionError
 from crispline.net.halfedge import half_edges
@@ -86,6 +88,14 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     )
     watch.stage("regions", 0.45)
     noise = noise_levels(cloud.points, cloud.neighbours, sigma)
+    # Curvature is seen at the scale of the points, surfaces at that of faces.
+    growth = options.fit.noise_growth or noise_growth(cloud.points, cloud.tree, noise, threads)
+    noise, sigma = growth * noise, growth * sigma
+    fit = replace(options.fit, noise_growth=growth)
+    # Points that err together are one witness for a face, not two dozen.
+    witnesses = 1.0 + fit.shared_variance * N_NEIGHBOURS
+    region = replace(options.region, face_cost=witnesses * options.region.face_cost)
+    options = replace(options, fit=fit, region=region)
     evidence = gather_evidence(cloud, normals, graph, noise, threads, is_sided=facing.is_sided)
     regions = segment(
         evidence, net.vertices, quads, detection.is_sharp, options.region, options.fit
@@ -108,9 +118,10 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         model=located.model.transformed(cloud.to_user),
         patches=replace(patches, vertices=cloud.to_user.points(patches.vertices)),
         spacing=cloud.spacing,
-        noise=cloud.scan_noise * cloud.sigma * cloud.spacing,
+        noise=growth * cloud.scan_noise * cloud.sigma * cloud.spacing,
         warnings=(
             *cloud.warnings(given.n_dropped),
+            *([_shared(growth)] if growth > 1.0 else []),
             *facing.notes,
             *([walls] if walls else []),
             *net.notes,
@@ -133,6 +144,14 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         lambda labels: find(patched=labels),
     )
     return Features(ladder, result, opening)
+
+
+def _shared(growth: float) -> str:
+    """That points err together, and what that means for the faces."""
+    return (
+        f"points err together with those round them, {growth:.2g} times as much over a face as "
+        "over two dozen points: faces are judged by that noise, and what is finer than it is lost"
+    )
 
 
 def _finder(

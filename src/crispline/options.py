@@ -154,8 +154,16 @@ class FitOptions:
     """... and its 30-neighbour mean residual is below this many sigma / sqrt(30)."""
     tolerance: float = 0.02
     """Slack added to both acceptance tests, in spacings."""
+    noise_growth: float = 0.0
+    """Noise over a face over that of 24 neighbouring points: more than 1 where points err together
+    with those round them; 0 means that the cloud tells."""
     regularize: bool = True
     """Make surfaces parallel, perpendicular, coaxial, equal in radius where noise explains it."""
+
+    @property
+    def shared_variance(self) -> float:
+        """Share of the variance of the noise that a point has in common with those round it."""
+        return 1.0 - 1.0 / max(self.noise_growth, 1.0) ** 2
 
 
 @dataclass(frozen=True)

@@ -113,3 +113,14 @@ def test_a_cloud_without_noise_has_none_after_averaging():
     assert len(cloud.points) <= 1500
     assert 0.0 <= cloud.scan_noise * cloud.sigma < 1e-4
     assert any("averages of about" in text for text in cloud.warnings())
+
+
+def test_noise_that_neighbours_share_counts_as_a_whole():
+    rng = np.random.default_rng(2)
+    x, y = rng.uniform(-35.0, 35.0, (2, 4900))
+    waves, phase = rng.normal(size=(40, 2)) * 0.5, rng.uniform(0.0, 2.0 * np.pi, 40)
+    ripple = np.cos(np.column_stack([x, y]) @ waves.T + phase).sum(axis=1)
+    z = 0.15 * rng.normal(size=len(x)) + 0.45 * ripple / ripple.std()
+    cloud = working_cloud(np.column_stack([x, y, z]), OPTIONS)
+    assert cloud.sigma < OPTIONS.max_noise
+    assert len(averaged(cloud, OPTIONS).points) < 0.6 * len(cloud.points)

@@ -32,3 +32,15 @@ def test_a_small_step_between_two_planes_is_seen(patches):
     assert isinstance(fit_jointly(("plane",), parts, 0.05, OPTIONS), Plane)
     raised = [parts[0], (parts[1][0] + np.array([0.0, 0.0, 0.2]), parts[1][1])]
     assert fit_jointly(("plane",), raised, 0.05, OPTIONS) is None
+
+
+def test_pieces_of_a_rippled_plane_lie_off_it_by_what_neighbours_share(patches):
+    rng = np.random.default_rng(6)
+    _, points, normals = patches.plane(400, rng)
+    parts = [
+        (points, normals),
+        (points + np.array([30.0, 0.0, 0.0]), normals),
+        (points[:40] + np.array([60.0, 0.0, 0.15]), normals[:40]),
+    ]
+    assert fit_jointly(("plane",), parts, 0.15, OPTIONS) is None
+    assert isinstance(fit_jointly(("plane",), parts, 0.15, FitOptions(noise_growth=3.0)), Plane)

@@ -55,3 +55,14 @@ def test_either_side_of_a_surface_may_be_outside(patches):
     assert faces_alike(-normals, normals)
     half = np.where(np.arange(10) < 5, 1.0, -1.0)[:, None]
     assert not faces_alike(half * normals, normals)
+
+
+def test_what_neighbours_share_of_the_noise_is_no_drift():
+    points = grid(30)
+    noise = 0.05 * np.random.default_rng(0).normal(size=len(points))
+    wave = 0.2 * np.sin(points[:, 0] / 5.0)
+    sigma = float(np.hypot(0.05, 0.2 / np.sqrt(2.0)))
+    assert not judge(points, noise + wave, sigma, OPTIONS).is_accepted
+    shared = FitOptions(noise_growth=sigma / 0.05)
+    assert judge(points, noise + wave, sigma, shared).is_accepted
+    assert not judge(points, noise + 2.0 * wave, sigma, shared).is_accepted

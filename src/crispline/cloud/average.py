@@ -12,6 +12,7 @@ from crispline.cloud.nearest import nearest
 from crispline.cloud.normals import principal_normals
 from crispline.cloud.scale import N_NEIGHBOURS, local_noise, point_spacing
 from crispline.cloud.thin import thin_walls
+from crispline.cloud.waves import noise_growth
 from crispline.cloud.working import ROUNDING, WorkingCloud, refuse_too_few
 from crispline.options import CloudOptions
 from crispline.surface.base import Array
@@ -22,6 +23,7 @@ _PACKING = 0.64
 """Square of the least distance of points picked from a random sampling until no more fits, for
 each point beyond one that goes with every picked one: measured, for 2 to 20 of them."""
 _LEAST = 1.5
+_LEAST_NOISE = 0.05  # spacings; what is less is none
 _SLACK = 1.2  # cells are not all of one size
 _MAX_ROUNDS = 2  # noise that neighbouring points share falls more slowly
 _MAX_THIN = 0.07  # share of the points that see the other side of a wall; depth in steps makes 0.05
@@ -37,6 +39,9 @@ def averaged(cloud: WorkingCloud, options: CloudOptions, threads: int = -1) -> W
     every point is moved along its normal for that. They share no point, so the noise of
     neighbouring means is independent.
 
+    Noise that neighbours share does not fall so. But what is finer than it is hidden in it, and
+    means are as good as the points.
+
     What looks like noise may be the other side of a wall: a cloud of thin walls stays.
 
     Parameters
@@ -51,7 +56,9 @@ def averaged(cloud: WorkingCloud, options: CloudOptions, threads: int = -1) -> W
         If too few means are left.
     """
     for _ in range(_MAX_ROUNDS):
-        per_mean = points_per_mean(len(cloud.points), cloud.sigma, options)
+        noise = np.full(len(cloud.points), max(cloud.sigma, _LEAST_NOISE))
+        sigma = cloud.sigma * noise_growth(cloud.points, cloud.tree, noise, threads)
+        per_mean = points_per_mean(len(cloud.points), sigma, options)
         if per_mean == 1.0 or thin_walls(cloud).share > _MAX_THIN:
             break
         cloud = _averaged(cloud, per_mean, threads)

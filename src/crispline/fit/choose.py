@@ -135,7 +135,7 @@ def choose_surface(
                 return main
             if (level := plane_of_most(points, normals, surface, sigma)) is not None:
                 return replace(tested(level, points, sigma, options, normals), is_accepted=True)
-            is_needed = flat is None or not flat.is_accepted or _is_worth(fit, flat, sigma)
+            is_needed = flat is None or not flat.is_accepted or _is_worth(fit, flat, sigma, options)
             return fit if is_needed or flat is None else flat
         rejected.append(fit)
     if flat is not None and flat.is_accepted:
@@ -207,11 +207,12 @@ def _hardly_turns(surface: Surface, points: Array) -> bool:
     return bool(np.quantile(directions @ middle, 0.05) > np.cos(_NEARLY_FLAT))
 
 
-def _is_worth(fit: Fit, flat: Fit, sigma: float) -> bool:
+def _is_worth(fit: Fit, flat: Fit, sigma: float, options: FitOptions) -> bool:
     """Whether a curved surface explains enough more than a plane to be preferred."""
     gain = fit.n_points * (flat.rms**2 - fit.rms**2) / sigma**2
     spared = fit.surface.n_parameters - flat.surface.n_parameters
-    return gain > max(2.0 * spared * float(np.log(fit.n_points)), _NOISE_SHARE * fit.n_points)
+    share = max(_NOISE_SHARE, options.shared_variance)
+    return gain > max(2.0 * spared * float(np.log(fit.n_points)), share * fit.n_points)
 
 
 def _ranked_candidates(

@@ -13,6 +13,9 @@ from crispline.options import FitOptions
 from crispline.surface import Surface
 from crispline.surface.base import Array
 
+_OFF = 0.4  # sigmas that a piece may lie off by ...
+_CREST = 1.6  # ... and where neighbours err together, as a small one lies on one ripple
+
 
 def fit_jointly(
     kinds: Sequence[str],
@@ -32,7 +35,7 @@ def fit_jointly(
     -------
     The surface fitted to all regions together, if in each region alone the rms
     residual is below ``accept_rms sigma + 3 tolerance`` and the mean residual
-    below ``0.4 sigma + tolerance``; else None.
+    below ``0.4 sigma + tolerance``, or what neighbours share of the noise; else None.
     """
     sigma = max(sigma, options.sigma_floor)
     n_each = max(options.max_points // max(len(parts), 1), 1)
@@ -60,7 +63,9 @@ def fit_jointly(
 def _explains_part(surface: Surface, points: Array, sigma: float, options: FitOptions) -> bool:
     limit = residual_limit(sigma, options)
     residuals = np.clip(surface.signed_distance(points), -limit, limit)
+    off = _CREST * float(np.sqrt(options.shared_variance)) * sigma
+    most = max(rms_limit(sigma, options), float(np.hypot(sigma, off))) + options.tolerance
     return (
-        rms(residuals) < rms_limit(sigma, options) + options.tolerance
-        and abs(float(residuals.mean())) < 0.4 * sigma + options.tolerance
+        rms(residuals) < most
+        and abs(float(residuals.mean())) < max(_OFF * sigma, off) + options.tolerance
     )

@@ -73,8 +73,10 @@ def rms_limit(sigma: float, options: FitOptions) -> float:
 
 def drift_limit(n_points: int, sigma: float, options: FitOptions) -> float:
     """Largest drift that noise explains, spacings."""
-    averaged = np.sqrt(min(N_NEIGHBOURS, max(n_points, 1)))
-    return float(options.accept_drift * sigma / averaged + options.tolerance)
+    averaged = min(N_NEIGHBOURS, max(n_points, 1))
+    # What neighbours have in common does not average out.
+    left = np.sqrt((1.0 - options.shared_variance) / averaged + options.shared_variance)
+    return float(options.accept_drift * sigma * left + options.tolerance)
 
 
 def judge(points: Array, residuals: Array, sigma: float, options: FitOptions) -> ResidualTest:

@@ -142,7 +142,8 @@ def _is_one_surface(
         together = [(joint, points) for points, _ in both]
         spared = sum(fit.surface.n_parameters for fit in fits) - joint.n_parameters
         n_points = sum(len(points) for points, _ in both)
-        allowance = max(2.0 * spared * np.log(n_points), _NOISE_SHARE * n_points)
+        share = max(_NOISE_SHARE, options.shared_variance)
+        allowance = max(2.0 * spared * np.log(n_points), share * n_points)
         if chi_square(together, sigma) < chi_square(apart, sigma) + allowance:
             return True
     return is_smooth and _is_one_free_form(parts, fits, sigma, options)
