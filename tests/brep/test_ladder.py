@@ -10,7 +10,7 @@ import pytest
 
 from crispline import occt
 from crispline.brep import ladder as ladder_module
-from crispline.brep.check import check_shape
+from crispline.brep.check import BadFace, check_shape
 from crispline.brep.compose import make_solid
 from crispline.brep.ladder import _reasons
 from crispline.curve import Line
@@ -236,3 +236,19 @@ def test_a_corner_located_badly_does_not_bend_patches():
     # Where two trimmed faces meet there, all go to where their edge ends.
     held = patched(model, source.source, regions[:1], MAX_MOVE)
     assert np.array_equal(held.vertices[corner], vertices[corner])
+
+
+def test_faces_that_fail_one_after_the_other_become_patches(monkeypatch):
+    failing = [region_of(kind) for kind in ("disc", "cylinder", "ring")]
+
+    def make(model, *args, **kwargs):
+        solid = make_solid(model, *args, **kwargs)
+        left = {face.region: i for i, face in enumerate(model.faces) if not face.is_patch}
+        still = [left[region] for region in failing if region in left][:1]
+        bad = tuple(BadFace(index, "as told") for index in still)
+        return replace(solid, check=replace(solid.check, bad_faces=bad))
+
+    monkeypatch.setattr(ladder_module, "make_solid", make)
+    made = ladder().climb("auto")
+    assert made.solid.representation == "mixed"
+    assert sum("as told" in warning for warning in made.warnings) == len(failing)

@@ -23,7 +23,7 @@ from crispline.surface.base import Array, Similarity
 _REFUSALS: tuple[type[Exception], ...] = (ReconstructionError, *occt.FAILURES)
 _BARE = 2.0
 """Vertices of the net farther than this from every point span a hole, in spacings."""
-_MAX_ROUNDS = 2
+_MAX_ROUNDS = 3
 """How often regions that turn out to fail beside patches become patches too."""
 _MAX_SHARE = 0.35
 """Share of the quads above which a model of patches only is simpler ..."""
