@@ -91,7 +91,7 @@ def test_the_iteration_ends_where_a_surface_is_none_any_more():
     adjustment = Adjustment({0: firm, 1: loose})
     assert adjustment.propose(Logarithms((0, 1), "equal radius"))
     solved = adjustment.solved()
-    assert not is_proper(solved[1])
+    assert not is_proper(solved[1], loose.surface)
     assert solved[1].radius == pytest.approx(1.0 - np.log(1.0 / 0.3), abs=1e-3)
     assert solved[0].radius == pytest.approx(0.3, abs=1e-3)
 
@@ -114,12 +114,19 @@ def test_a_surface_must_stay_what_its_kind_says():
         Cone(origin, z, np.radians(45.0)),
         Torus(origin, z, 3.0, 1.0),
     ]
-    assert all(is_proper(surface) for surface in proper)
+    assert all(is_proper(surface, surface) for surface in proper)
     degenerate = [
         Cylinder(origin, z, -0.1),
         Sphere(origin, 0.0),
         Cone(origin, z, np.radians(90.0)),
         Cone(origin, z, np.radians(0.1)),
-        Torus(origin, z, 1.0, 1.5),
     ]
-    assert not any(is_proper(surface) for surface in degenerate)
+    assert not any(is_proper(surface, surface) for surface in degenerate)
+
+
+def test_a_torus_becomes_no_spindle_but_may_be_one():
+    origin, z = np.zeros(3), np.array([0.0, 0.0, 1.0])
+    ring, spindle = Torus(origin, z, 3.0, 1.0), Torus(origin, z, 1.0, 1.5)
+    assert not is_proper(spindle, ring)
+    assert is_proper(spindle, spindle)
+    assert not is_proper(Torus(origin, z, -0.1, 1.5), spindle)

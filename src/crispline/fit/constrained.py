@@ -122,15 +122,21 @@ def estimate(surface: Surface, points: Array, sigma: float) -> Estimate | None:
     return Estimate(surface.kind, shape, factor)
 
 
-def is_proper(surface: Surface) -> bool:
-    """Whether a surface is what its kind says: no cone as flat as a plane, no radius below zero."""
+def is_proper(surface: Surface, given: Surface) -> bool:
+    """Whether a surface is what its kind says: no cone as flat as a plane, no radius below zero.
+
+    A torus may cross its own axis, as a round does in a tight corner, only if it did so where it
+    was ``given``.
+    """
     match surface:
         case Cone():
             return bool(cone.MIN_HALF_ANGLE <= surface.half_angle <= cone.MAX_HALF_ANGLE)
         case Cylinder() | Sphere():
             return surface.radius > 0.0
         case Torus():
-            return 0.0 < surface.minor_radius < surface.major_radius
+            is_spindle = isinstance(given, Torus) and given.major_radius <= given.minor_radius
+            least = 0.0 if is_spindle else surface.minor_radius
+            return surface.minor_radius > 0.0 and surface.major_radius > least
     return True
 
 
@@ -213,7 +219,11 @@ class Adjustment:
             for name in touched:
                 estimates[name] = estimates[name].moved(self._unwhitened(name, step))
             is_at_rest = np.linalg.norm(step) < _CONVERGED * np.sqrt(self._n_parameters)
-            if is_at_rest or not all(is_proper(estimates[name].surface) for name in touched):
+            is_sound = all(
+                is_proper(estimates[name].surface, self._estimates[name].surface)
+                for name in touched
+            )
+            if is_at_rest or not is_sound:
                 break
         return {name: estimates[name].surface for name in touched}
 

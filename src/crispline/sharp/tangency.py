@@ -155,7 +155,7 @@ def _most_spoilt(
     hold loosely may not be where that said.
     """
     for label, fit in sorted(moved.items()):
-        if not is_proper(fit.surface):
+        if not is_proper(fit.surface, regions[label].surface):
             return label
     rise = {label: _chi_square(fit) - _chi_square(regions[label]) for label, fit in moved.items()}
     worst = max(rise, key=lambda label: (rise[label], label), default=None)

@@ -25,10 +25,13 @@ from crispline.region.narrow.rounds import with_rounds
 from crispline.region.narrow.step import with_step_walls
 from crispline.region.narrow.straights import with_straights
 from crispline.region.narrow.strips import joined_strips
+from crispline.region.narrow.turns import with_turns
 from crispline.region.narrow.wedge import with_wedges
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface.base import Array
+
+_TURN_PASSES = 2  # walls are fitted again without what they had of a round
 
 Refit = Callable[[Labels], Mapping[int, RegionFit]]
 
@@ -83,6 +86,11 @@ def restored(
     new, balls = with_balls(label, fits, evidence, options)
     if balls:
         settle(expand_regions(new, {**fits, **balls}, evidence, options), balls)
+    for _ in range(_TURN_PASSES):
+        new, turns = with_turns(label, fits, evidence, options, fit_options)
+        if not turns:
+            break
+        settle(expand_regions(new, {**fits, **turns}, evidence, options), turns)
     new, rings = with_rings(label, fits, evidence, options)
     if rings:
         new = expand_regions(new, {**fits, **rings}, evidence, options)
