@@ -119,6 +119,14 @@ def test_a_floor_without_a_round_gets_none():
     assert not found(evidence, label, surfaces)[1]
 
 
+def test_what_is_known_takes_the_place_of_what_was_fitted_a_little_better():
+    evidence, face = corner(7.0)
+    surfaces = truth(7.0)
+    surfaces[WALL] = Cylinder(np.zeros(3), -np.eye(3)[2], 7.0 + BALL + 0.05)
+    _, turns = found(evidence, face, surfaces)
+    assert [fit.surface.major_radius for fit in turns.values()] == pytest.approx([7.05])
+
+
 def test_a_crumb_tells_no_ball_for_its_own_place():
     evidence, face = corner(7.0)
     surfaces = truth(7.0)

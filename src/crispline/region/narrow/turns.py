@@ -216,13 +216,15 @@ def _taken(
     for name, count in zip(names.tolist(), within.tolist(), strict=True):
         own = place & (label == name)
         before = Claim(fits[name], evidence, options).patch_costs(own)
-        # A crumb has paid for the face that takes its place.
         is_crumb = name not in beside and count > _SHARED * np.count_nonzero(label == name)
         own &= is_crumb | (cost < before)
         taken |= own
         own &= is_crumb | (before > _LOST)
         lost |= own
-        gain += float((before - cost)[own].sum()) + options.face_cost * is_crumb
+        gain += float((before - cost)[own].sum())
+        if is_crumb:  # it pays for the face that takes its place, and had parameters to fit
+            freedom = 0.5 * fits[name].surface.n_parameters * np.log(max(count, 2))
+            gain += options.face_cost + float(freedom)
     return taken, lost, gain
 
 
