@@ -136,14 +136,16 @@ def test_a_crumb_tells_no_ball_for_its_own_place():
     assert not found(evidence, face, surfaces)[1]
 
 
-def test_points_off_the_way_of_the_ball_stay_as_they_are():
+@pytest.mark.parametrize("is_explained", [True, False])
+def test_points_off_the_way_of_the_ball_stay_as_they_are(is_explained):
     evidence, face = corner(7.0)
     label, surfaces = covered(evidence, face, truth(7.0))
     own = (label == CRUMB)[evidence.patch]
     moved = evidence.points - 0.6 * own[:, None] * evidence.normals
     witnesses = moved.reshape(evidence.witnesses.shape)
     evidence = type(evidence)(**{**vars(evidence), "points": moved, "witnesses": witnesses})
-    fits = {**surfaces, CRUMB: Torus(np.array([0.0, 0.0, BALL]), np.eye(3)[2], 7.0, BALL + 0.6)}
-    new, turns = found(evidence, label, fits)
+    if is_explained:
+        surfaces[CRUMB] = Torus(np.array([0.0, 0.0, BALL]), np.eye(3)[2], 7.0, BALL + 0.6)
+    new, turns = found(evidence, label, surfaces)
     assert not turns
     np.testing.assert_array_equal(new, label)
