@@ -42,8 +42,19 @@ def quads_over(mesh: TriangleMesh, edge_length: float) -> tuple[Array, NDArray[n
             "a few point spacings: scan it more densely"
         )
     vertices = np.asarray(vertices, dtype=np.float64)
-    used, renumbered = np.unique(np.asarray(quads, dtype=np.int64), return_inverse=True)
-    return vertices[used], renumbered.reshape(quads.shape)
+    proper = without_slits(np.asarray(quads, dtype=np.int64))
+    used, renumbered = np.unique(proper, return_inverse=True)
+    return vertices[used], renumbered.reshape(proper.shape)
+
+
+def without_slits(quads: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Quads of four different vertices, shape ``(k, 4)``.
+
+    The mesher leaves a quad ``a b a c`` now and then. It encloses nothing: without it its
+    neighbours are each other's along ``a b`` and ``a c``.
+    """
+    ranked = np.sort(quads, axis=1)
+    return quads[(ranked[:, 1:] > ranked[:, :-1]).all(axis=1)]
 
 
 @contextlib.contextmanager
