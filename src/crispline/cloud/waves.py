@@ -12,7 +12,7 @@ from crispline.surface.base import Array
 _N_SAMPLES = 400
 _SIZES = (100, 200, 600, 1800)  # points of a place: 6 to 24 spacings from its middle to its end
 _MIN_SIZES = 2  # on small parts the smallest hold what their edges have rounded
-_MIN_FLAT = 0.2  # share of the places, for flat ones to tell the noise
+_MIN_FLAT = 0.4  # share of the places, for flat ones to tell the noise; of a casting 0.35 are
 _MAX_RMS = 0.6  # of a flat place, spacings: what lies farther off a plane is no noise
 _MIN_LEFT = 0.7  # share of it that a quadric leaves, or the place is bent
 _LEAST = 1.2  # growth in three quarters of them; white noise and creases make 1.02
@@ -38,7 +38,8 @@ def noise_growth(points: Array, tree: cKDTree, noise: Array, threads: int = -1) 
 
     Returns
     -------
-    1, or 1.2 and more. 1 also if less than a fifth of the places is flat.
+    1, or 1.2 and more. 1 also unless two fifths of the places of two
+    sizes are flat.
     """
     places = evenly(len(points), _N_SAMPLES)
     growth = [1.0]
@@ -49,10 +50,10 @@ def noise_growth(points: Array, tree: cKDTree, noise: Array, threads: int = -1) 
         flat, bent = _left(points[around])
         is_flat = (flat < _MAX_RMS) & (bent > _MIN_LEFT * flat)
         if is_flat.mean() < _MIN_FLAT:
-            break
+            continue
         ratio = flat[is_flat] / np.median(noise[around[is_flat]], axis=1)
         if np.quantile(ratio, 0.25) < _LEAST:
-            break
+            return 1.0
         growth.append(float(np.median(ratio)))
     return max(growth) if len(growth) > _MIN_SIZES else 1.0
 
