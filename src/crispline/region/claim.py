@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from crispline.options import RegionOptions
 from crispline.region.evidence import Evidence
+from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface.base import Array
 
@@ -22,6 +23,19 @@ _TURN_WEIGHT, _TURN_CAP = 4.0, 2.0  # cost of a normal off the surface's: weight
 def misfit(distance: Array, noise: Array) -> Array:
     """Squared residuals over 2 sigma^2, capped; both of the same shape."""
     return np.asarray(np.minimum(0.5 * np.square(distance / noise), MISFIT_CAP))
+
+
+def cheapest_together(costs: Array, members: Labels, graph: PatchGraph) -> Labels:
+    """Index of the surface that each patch and its neighbours together find cheapest.
+
+    Parameters
+    ----------
+    costs : of the ``n`` patches on ``k`` surfaces, shape ``(n, k)``.
+    members : the patches, ascending; only these count as neighbours.
+    """
+    beside = graph.adjacency[members][:, members]
+    mean = (costs + beside @ costs) / (1.0 + np.asarray(beside.sum(axis=1))[:, None])
+    return np.asarray(np.argmin(mean, axis=1))
 
 
 class Claim:

@@ -2,31 +2,19 @@
 
 import numpy as np
 import pytest
-from turned import turned
+from broken_edge import EDGE, SIDE, TOP, arc, broken_edge
 
 from crispline.options import RegionOptions
 from crispline.region.narrow.bevels import with_bevels
 from crispline.surface import Cone, Cylinder, Plane
 
-TOP, SIDE, FIRST, SECOND = 0, 1, 2, 3
-EDGE, N_AROUND = 16.2, 60
+FIRST, SECOND = 2, 3
 UP, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 OPTIONS = RegionOptions()
 
 
-def part(breaking, is_straight, turn=-1.0):
-    """A top whose rim is broken as given, and a side that goes down from it, or up."""
-    corners = [(3.0, 0.0), *breaking, (EDGE, turn * 9.0)]
-    made = turned(corners, N_AROUND, is_straight)
-    points = made.evidence.graph.points
-    reach = points[:, 0] if is_straight else np.hypot(points[:, 0], points[:, 1])
-    label = np.where(EDGE - reach > np.abs(points[:, 2]), TOP, SIDE)  # they meet halfway
-    is_broken = (made.face > 0) & (made.face < made.face.max())
-    return made, label, is_broken
-
-
 def chamfered(is_straight, setbacks=(2.0, 2.0), turn=-1.0):
-    return part([(EDGE - setbacks[0], 0.0), (EDGE, turn * setbacks[1])], is_straight, turn)
+    return broken_edge([(EDGE - setbacks[0], 0.0), (EDGE, turn * setbacks[1])], is_straight, turn)
 
 
 def surfaces(is_straight, lean=0.0):
@@ -90,7 +78,7 @@ def test_crumbs_that_lean_give_way(lean):
 
 @pytest.mark.parametrize("is_straight", [True, False], ids=["straight", "turned"])
 def test_a_sharp_edge_stays_sharp(is_straight):
-    made, label, _ = part([(EDGE, 0.0)], is_straight)
+    made, label, _ = broken_edge([(EDGE, 0.0)], is_straight)
     new, bevels = found(made, label, is_straight)
     assert not bevels
     np.testing.assert_array_equal(new, label)
@@ -98,10 +86,7 @@ def test_a_sharp_edge_stays_sharp(is_straight):
 
 @pytest.mark.parametrize("radius", [2.2, 3.0])
 def test_a_round_is_no_chamfer(radius):
-    turns = np.linspace(0.0, 0.5 * np.pi, 6)
-    inner = EDGE - radius
-    arc = [(inner + radius * np.sin(t), -radius * (1.0 - np.cos(t))) for t in turns]
-    made, label, _ = part(arc, is_straight=True)
+    made, label, _ = broken_edge(arc(radius), is_straight=True)
     assert not found(made, label, is_straight=True)[1]
 
 

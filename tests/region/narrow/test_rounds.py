@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from broken_edge import EDGE, SIDE, TOP, arc, broken_edge
 from turned import SIGMA, turned
 from witnessed import witnessed
 
@@ -12,28 +13,14 @@ from crispline.region.fitting import held_fit
 from crispline.region.narrow.rounds import with_rounds
 from crispline.surface import Cone, Cylinder, Plane, Sphere, Torus
 
-TOP, SIDE, CRUMB = 0, 1, 2
-RADIUS, EDGE, N_AROUND = 2.2, 16.2, 60
+CRUMB = 2
+RADIUS = 2.2
 UP, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 OPTIONS = RegionOptions()
 
 
-def part(breaking, is_straight, turn=-1.0):
-    """A top whose rim is broken as given, and a side that goes down from it, or up."""
-    corners = [(3.0, 0.0), *breaking, (EDGE, turn * 9.0)]
-    made = turned(corners, N_AROUND, is_straight)
-    points = made.evidence.graph.points
-    reach = points[:, 0] if is_straight else np.hypot(points[:, 0], points[:, 1])
-    label = np.where(EDGE - reach > np.abs(points[:, 2]), TOP, SIDE)  # they meet halfway
-    is_broken = (made.face > 0) & (made.face < made.face.max())
-    return made, label, is_broken
-
-
 def rounded(is_straight, turn=-1.0, n_pieces=5):
-    turns = np.linspace(0.0, 0.5 * np.pi, n_pieces + 1)
-    inner = EDGE - RADIUS
-    arc = [(inner + RADIUS * np.sin(t), turn * RADIUS * (1.0 - np.cos(t))) for t in turns]
-    return part(arc, is_straight, turn)
+    return broken_edge(arc(RADIUS, n_pieces, turn), is_straight, turn)
 
 
 def surfaces(is_straight):
@@ -82,10 +69,7 @@ def test_a_crumb_of_the_round_gives_way():
 @pytest.mark.parametrize("radius", [4.2, 5.2, 6.4])
 def test_a_larger_round_is_found_where_a_crumb_is_part_of_it(radius):
     # The corner of a pocket was a torus, as its faces had taken both of its ends.
-    turns = np.linspace(0.0, 0.5 * np.pi, 7)
-    inner = EDGE - radius
-    arc = [(inner + radius * np.sin(t), -radius * (1.0 - np.cos(t))) for t in turns]
-    made, label, _ = part(arc, is_straight=True)
+    made, label, _ = broken_edge(arc(radius, 6), is_straight=True)
     label = np.where((made.face > 2) & (made.face < 5), CRUMB, label)
     _new, rounds = found(made, label, is_straight=True)
     ((_, fit),) = rounds.items()
@@ -94,20 +78,20 @@ def test_a_larger_round_is_found_where_a_crumb_is_part_of_it(radius):
 
 @pytest.mark.parametrize("is_straight", [True, False], ids=["straight", "turned"])
 def test_a_sharp_edge_stays_sharp(is_straight):
-    made, label, _ = part([(EDGE, 0.0)], is_straight)
+    made, label, _ = broken_edge([(EDGE, 0.0)], is_straight)
     new, rounds = found(made, label, is_straight)
     assert not rounds
     np.testing.assert_array_equal(new, label)
 
 
 def test_a_chamfer_is_no_round():
-    made, label, _ = part([(EDGE - 2.0, 0.0), (EDGE, -2.0)], is_straight=True)
+    made, label, _ = broken_edge([(EDGE - 2.0, 0.0), (EDGE, -2.0)], is_straight=True)
     assert not found(made, label, is_straight=True)[1]
 
 
 def with_strip(breaking):
     """A broken edge that one plane stands for, in more patches than a crumb has."""
-    made, label, is_broken = part(breaking, is_straight=True)
+    made, label, is_broken = broken_edge(breaking, is_straight=True)
     label = np.where(is_broken, CRUMB, label)
     normal = (UP + ACROSS) / np.sqrt(2.0)
     middle = made.evidence.graph.points[is_broken].mean(axis=0)

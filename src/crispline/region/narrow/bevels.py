@@ -16,7 +16,7 @@ import numpy as np
 
 from crispline.fit.swept import Line
 from crispline.options import RegionOptions
-from crispline.region.claim import Claim, misfit
+from crispline.region.claim import Claim, cheapest_together, misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.stretch import AROUND, Fits, Mask, Stretch, stretches
@@ -158,12 +158,12 @@ def _asked(edge: Stretch, options: RegionOptions) -> _Cut | None:
     # A cut is on one side of both faces; crumbs that stand between others too go on beyond.
     heights = side * edge.heights
     is_within = (heights > -_OFF * edge.noise) & (heights < reach * np.sqrt(1.0 - edge.cosine**2))
-    edge = _only(edge, np.flatnonzero(is_within.all(axis=0)))
+    edge = edge.only(np.flatnonzero(is_within.all(axis=0)))
     lost = edge.known > 0.5 * _OFF**2
     if side == 0.0 or np.count_nonzero(lost) < _MIN_LOST:
         return None
     step = -(-len(edge.points) // _MAX_POINTS)
-    thin = _only(edge, np.arange(0, len(edge.points), step))
+    thin = edge.only(np.arange(0, len(edge.points), step))
     coarse = _least([_Cut(thin, side, (0.0, 0.0))], _grid(reach))
     cut = _Cut(edge, side, coarse)
     left = cut.misfit(coarse)
@@ -175,18 +175,6 @@ def _asked(edge: Stretch, options: RegionOptions) -> _Cut | None:
     radii = np.linspace(0.5, 2.0, _N_RADII) * np.mean(coarse) / tangent
     of_ball = min(float(edge.misfit_with_round(r, side, only=True).sum()) for r in radii)
     return cut if left.sum() < of_ball else None
-
-
-def _only(edge: Stretch, rows: Labels) -> Stretch:
-    """The same with some of its points."""
-    return replace(
-        edge,
-        points=edge.points[rows],
-        noise=edge.noise[rows],
-        owner=edge.owner[rows],
-        heights=edge.heights[:, rows],
-        known=edge.known[rows],
-    )
 
 
 def _grid(most: float) -> tuple[Array, Array]:
@@ -300,7 +288,6 @@ def _assign(
 ) -> None:
     """Give patches to the surfaces that neighbours together find cheapest."""
     members = np.flatnonzero(field)
-    beside = evidence.graph.adjacency[members][:, members]
     faces = sorted({face for cut in cuts for face in cut.edge.faces})
     reach = {face: np.zeros(len(label), dtype=bool) for face in faces}
     for cut in cuts:
@@ -314,5 +301,4 @@ def _assign(
         ],
         axis=1,
     )
-    costs = (costs + beside @ costs) / (1.0 + np.asarray(beside.sum(axis=1))[:, None])
-    label[members] = np.array(list(reach))[np.argmin(costs, axis=1)]
+    label[members] = np.array(list(reach))[cheapest_together(costs, members, evidence.graph)]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from crispline.fit.cone import MAX_HALF_ANGLE, MIN_HALF_ANGLE
 from crispline.fit.swept import Profile, Revolution, fit_circle, fit_line
 from crispline.options import RegionOptions
-from crispline.region.claim import Claim, misfit
+from crispline.region.claim import Claim, cheapest_together, misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.coaxial import Fits, goes_round
@@ -283,12 +283,9 @@ def _assign(
 ) -> None:
     """Give patches to the ring or the larger faces, as neighbours together find cheapest."""
     field = np.flatnonzero(ring.field)
-    beside = evidence.graph.adjacency[field][:, field]
     regions = [*site.larger, site.crumb]
     costs = np.stack(
         [Claim(fits[r], evidence, options).patch_costs(ring.field)[field] for r in regions],
         axis=1,
     )
-    degree = 1.0 + np.asarray(beside.sum(axis=1))[:, None]
-    costs = (costs + beside @ costs) / degree
-    label[field] = np.array(regions)[np.argmin(costs, axis=1)]
+    label[field] = np.array(regions)[cheapest_together(costs, field, evidence.graph)]

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from crispline.fit.swept import Circle, fit_line
 from crispline.options import RegionOptions
-from crispline.region.claim import Claim, misfit
+from crispline.region.claim import Claim, cheapest_together, misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.stretch import Fits, Mask, Stretch, stretches
@@ -101,14 +101,12 @@ def _assign(
 ) -> None:
     """Give patches to the surfaces that neighbours together find cheapest."""
     members = np.flatnonzero(field)
-    beside = evidence.graph.adjacency[members][:, members]
     costs = np.stack(
         [Claim(fits[name], evidence, options).patch_costs(field)[members] for name in names],
         axis=1,
     )
     costs[:, [name in crumbs for name in names]] += _LOOSE
-    costs = (costs + beside @ costs) / (1.0 + np.asarray(beside.sum(axis=1))[:, None])
-    label[members] = np.array(names)[np.argmin(costs, axis=1)]
+    label[members] = np.array(names)[cheapest_together(costs, members, evidence.graph)]
 
 
 def _rolled(
@@ -122,7 +120,7 @@ def _rolled(
     radii = np.geomspace(_MIN_WIDTH / angle, edge.reach / np.tan(0.5 * angle), _N_RADII)
     if radii[0] >= radii[-1]:
         return None
-    known = [_radius(fits[name].surface) for name in edge.rounds]
+    known = [ball_radius(fits[name].surface) for name in edge.rounds]
     while True:
         radius, side = _rolling_on(edge, known, *_best_ball(edge, radii))
         rounded = edge.misfit_with_round(radius, side)
@@ -229,8 +227,8 @@ def _rolling_on(
     return radius, side
 
 
-def _radius(surface: Surface) -> float:
-    """Of the ball that swept a round."""
+def ball_radius(surface: Surface) -> float:
+    """Radius of the ball that swept a round; NaN for what is none."""
     match surface:
         case Cylinder():
             return surface.radius

@@ -81,16 +81,21 @@ class Stretch:
 
     def without(self, crumbs: list[int], label: Labels) -> Stretch:
         """The same without some crumbs and the points on them."""
-        kept = ~np.isin(self.owner, crumbs)
         return replace(
-            self,
+            self.only(np.flatnonzero(~np.isin(self.owner, crumbs))),
             crumbs=tuple(crumb for crumb in self.crumbs if crumb not in crumbs),
             field=self.field & ~np.isin(label, crumbs),
-            points=self.points[kept],
-            noise=self.noise[kept],
-            owner=self.owner[kept],
-            heights=self.heights[:, kept],
-            known=self.known[kept],
+        )
+
+    def only(self, rows: Labels) -> Stretch:
+        """The same with some of its points."""
+        return replace(
+            self,
+            points=self.points[rows],
+            noise=self.noise[rows],
+            owner=self.owner[rows],
+            heights=self.heights[:, rows],
+            known=self.known[rows],
         )
 
     def place(self, faces: Sequence[RegionFit], heights: Array) -> Array:

@@ -20,9 +20,10 @@ from crispline.options import FitOptions, RegionOptions
 from crispline.region.claim import Claim
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
+from crispline.region.narrow.rounds import ball_radius
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Cylinder, Plane, Surface, Torus
+from crispline.surface import Cylinder, Plane, Torus
 from crispline.surface.base import Array, unit
 
 Fits = Mapping[int, RegionFit]
@@ -106,7 +107,7 @@ def _balls(label: Labels, fits: Fits, graph: PatchGraph) -> Iterator[_Ball]:
     for a, b in np.concatenate([sides, sides[:, ::-1]]).tolist():
         side = _side(fits[a], fits[b])
         if side:
-            rolled.setdefault((a, side), []).append((_radius(fits[b].surface), int(size[b]), b))
+            rolled.setdefault((a, side), []).append((ball_radius(fits[b].surface), int(size[b]), b))
     for (floor, side), rounds in sorted(rolled.items()):
         radii, weights, names = np.array(sorted(rounds)).T
         # One ball's radii lie close together; a gap parts them from those of the next.
@@ -136,18 +137,8 @@ def _side(floor: RegionFit, rolled: RegionFit) -> float:
             return 0.0
     height = float(floor.surface.signed_distance(place[None])[0]) * floor.orientation
     side = float(np.sign(height))
-    touches = abs(abs(height) - _radius(surface)) < _ALIKE * _radius(surface)
+    touches = abs(abs(height) - ball_radius(surface)) < _ALIKE * ball_radius(surface)
     return side if touches and tilt < np.sin(_MAX_TILT) and rolled.orientation == -side else 0.0
-
-
-def _radius(surface: Surface) -> float:
-    """Of the ball that swept a round."""
-    match surface:
-        case Cylinder():
-            return surface.radius
-        case Torus():
-            return surface.minor_radius
-    return np.nan
 
 
 def _walls(ball: _Ball, label: Labels, fits: Fits) -> list[int]:
