@@ -7,7 +7,7 @@ TOP, SIDE = 0, 1
 EDGE, N_AROUND = 16.2, 60
 
 
-def broken_edge(breaking, is_straight, turn=-1.0):
+def broken_edge(breaking, is_straight, turn=-1.0, n_around=N_AROUND):
     """A top whose rim is broken as given, and a side that goes down from it, or up.
 
     Returns
@@ -16,7 +16,7 @@ def broken_edge(breaking, is_straight, turn=-1.0):
     the patches are on it.
     """
     corners = [(3.0, 0.0), *breaking, (EDGE, turn * 9.0)]
-    made = turned(corners, N_AROUND, is_straight)
+    made = turned(corners, n_around, is_straight)
     points = made.evidence.graph.points
     reach = points[:, 0] if is_straight else np.hypot(points[:, 0], points[:, 1])
     label = np.where(EDGE - reach > np.abs(points[:, 2]), TOP, SIDE)  # they meet halfway

@@ -84,9 +84,13 @@ def test_a_sharp_edge_stays_sharp(is_straight):
     np.testing.assert_array_equal(new, label)
 
 
-def test_a_chamfer_is_no_round():
-    made, label, _ = broken_edge([(EDGE - 2.0, 0.0), (EDGE, -2.0)], is_straight=True)
-    assert not found(made, label, is_straight=True)[1]
+@pytest.mark.parametrize("is_straight", [True, False], ids=["straight", "turned"])
+@pytest.mark.parametrize("width", [1.8, 2.0, 2.6])
+def test_a_chamfer_is_no_round(width, is_straight):
+    # Small ones were rounds, as few points lie off both faces to tell a line from an arc.
+    breaking = [(EDGE - width, 0.0), (EDGE, -width)]
+    made, label, _ = broken_edge(breaking, is_straight, n_around=150)
+    assert not found(made, label, is_straight)[1]
 
 
 def with_strip(breaking):

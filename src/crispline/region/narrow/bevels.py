@@ -40,7 +40,7 @@ _N_RADII = 24
 
 
 @dataclass(frozen=True)
-class _Cut:
+class Cut:
     """What a cutter leaves along an edge, inside (``side`` -1) or outside of the part.
 
     Attributes
@@ -149,8 +149,24 @@ def with_bevels(
     return label, found
 
 
-def _asked(edge: Stretch, options: RegionOptions) -> _Cut | None:
+def _asked(edge: Stretch, options: RegionOptions) -> Cut | None:
     """The chamfer of least misfit along an edge; None if the points do not ask for one."""
+    cut = best_cut(edge)
+    if cut is None:
+        return None
+    known, left = cut.edge.known, cut.misfit(cut.setbacks)
+    lost = known > 0.5 * _OFF**2
+    explained = float((known - left)[lost].sum())
+    if (known - left).sum() < options.face_cost or explained < _EXPLAINED * known[lost].sum():
+        return None
+    tangent = np.tan(0.5 * np.arccos(edge.cosine))
+    radii = np.linspace(0.5, 2.0, _N_RADII) * np.mean(cut.setbacks) / tangent
+    of_ball = min(float(cut.edge.misfit_with_round(r, cut.side, only=True).sum()) for r in radii)
+    return cut if left.sum() < of_ball else None
+
+
+def best_cut(edge: Stretch) -> Cut | None:
+    """The chamfer of least misfit along an edge; None if too few points are off both faces."""
     reach = AROUND + edge.width
     lost = edge.known > 0.5 * _OFF**2
     first, second = np.sign(edge.heights[:, lost])
@@ -164,17 +180,7 @@ def _asked(edge: Stretch, options: RegionOptions) -> _Cut | None:
         return None
     step = -(-len(edge.points) // _MAX_POINTS)
     thin = edge.only(np.arange(0, len(edge.points), step))
-    coarse = _least([_Cut(thin, side, (0.0, 0.0))], _grid(reach))
-    cut = _Cut(edge, side, coarse)
-    left = cut.misfit(coarse)
-    gain = float((edge.known - left).sum())
-    explained = float((edge.known - left)[lost].sum())
-    if gain < options.face_cost or explained < _EXPLAINED * edge.known[lost].sum():
-        return None
-    tangent = np.tan(0.5 * np.arccos(edge.cosine))
-    radii = np.linspace(0.5, 2.0, _N_RADII) * np.mean(coarse) / tangent
-    of_ball = min(float(edge.misfit_with_round(r, side, only=True).sum()) for r in radii)
-    return cut if left.sum() < of_ball else None
+    return Cut(edge, side, _least([Cut(thin, side, (0.0, 0.0))], _grid(reach)))
 
 
 def _grid(most: float) -> tuple[Array, Array]:
@@ -182,7 +188,7 @@ def _grid(most: float) -> tuple[Array, Array]:
     return levels, levels
 
 
-def _least(cuts: Sequence[_Cut], grid: tuple[Array, Array]) -> tuple[float, float]:
+def _least(cuts: Sequence[Cut], grid: tuple[Array, Array]) -> tuple[float, float]:
     """The setbacks of least misfit along some edges together."""
     best, found = np.inf, (0.0, 0.0)
     for _ in range(_REFINEMENTS):
@@ -196,7 +202,7 @@ def _least(cuts: Sequence[_Cut], grid: tuple[Array, Array]) -> tuple[float, floa
     return found
 
 
-def _round_one_face(cuts: Sequence[_Cut]) -> Iterator[list[_Cut]]:
+def _round_one_face(cuts: Sequence[Cut]) -> Iterator[list[Cut]]:
     """The cuts that one cutter leaves on its way round a face, then the others."""
     left = dict(enumerate(cuts))
     while left:
@@ -217,16 +223,16 @@ def _round_one_face(cuts: Sequence[_Cut]) -> Iterator[list[_Cut]]:
         yield [replace(cut, setbacks=setbacks) for cut in group.values()]
 
 
-def _facing(cut: _Cut, face: int) -> _Cut:
+def _facing(cut: Cut, face: int) -> Cut:
     """The cut with a face as the first of the two."""
     edge = cut.edge
     if edge.faces[0] == face:
         return cut
     turned = replace(edge, faces=edge.faces[::-1], heights=edge.heights[::-1])
-    return _Cut(turned, cut.side, cut.setbacks[::-1])
+    return Cut(turned, cut.side, cut.setbacks[::-1])
 
 
-def _common(cuts: Sequence[_Cut]) -> tuple[float, float]:
+def _common(cuts: Sequence[Cut]) -> tuple[float, float]:
     """Setbacks of several cuts: equal ones if the points bear it."""
     start = np.median([cut.setbacks for cut in cuts], axis=0)
     ratio = np.geomspace(0.7, 1.4, 7)
@@ -238,7 +244,7 @@ def _common(cuts: Sequence[_Cut]) -> tuple[float, float]:
     return (equal, equal) if is_borne else free
 
 
-def _is_there(fits: Fits, cut: _Cut, surface: Surface) -> bool:
+def _is_there(fits: Fits, cut: Cut, surface: Surface) -> bool:
     """Whether the one crumb between the two faces is the chamfer already."""
     if len(cut.edge.crumbs) != 1:
         return False
@@ -248,7 +254,7 @@ def _is_there(fits: Fits, cut: _Cut, surface: Surface) -> bool:
 
 
 def _yielding(
-    cuts: Sequence[_Cut],
+    cuts: Sequence[Cut],
     surfaces: Sequence[Surface],
     crumbs: Sequence[int],
     label: Labels,
@@ -280,7 +286,7 @@ def _yielding(
 def _assign(
     label: Labels,
     field: Mask,
-    cuts: Sequence[_Cut],
+    cuts: Sequence[Cut],
     new: Mapping[int, RegionFit],
     fits: Fits,
     evidence: Evidence,

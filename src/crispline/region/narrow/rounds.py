@@ -20,6 +20,7 @@ from crispline.options import RegionOptions
 from crispline.region.claim import Claim, cheapest_together, misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
+from crispline.region.narrow.bevels import best_cut
 from crispline.region.narrow.stretch import Fits, Mask, Stretch, stretches
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
@@ -31,6 +32,7 @@ _OFF = 3.0  # sigmas; points farther from both faces than this are lost
 _EXPLAINED = 0.6  # share of the misfit of the lost points that a round must explain
 _ALONE = 1.0  # times the cost of a face that a round without crumbs must gain ...
 _TOGETHER = 0.5  # ... or with crumbs, each a face gained, or where rounds of other edges end
+_CUT = 0.5  # times the cost of a face by which a chamfer, of one parameter more, must be likelier
 _SHARED = 0.5  # share of the points of a crumb that gives way that must be on the round
 _LOOSE = 1.0  # cost of a patch on a crumb for its surface, which fits whatever is there
 _PASSES = 2
@@ -152,6 +154,8 @@ def _rolled(
         return None
     if _misfit_of_chamfer(edge, edge.points[lost]) < rounded.sum():
         return None
+    if _is_chamfer(edge, radius, side, options):
+        return None
     surface = _surface(edge, [fits[face] for face in edge.faces], radius, side)
     return None if surface is None else (edge, _Ball(edge, radius, side), surface)
 
@@ -164,6 +168,18 @@ def _misfit_of_chamfer(edge: Stretch, lost: Array) -> float:
         return np.inf
     cut = misfit(chamfer.signed_distance(edge.points), edge.noise)
     return float(np.minimum(cut, edge.known).sum())
+
+
+def _is_chamfer(edge: Stretch, radius: float, side: float, options: RegionOptions) -> bool:
+    """Whether a cut clearly explains the points better than a ball that rolls along.
+
+    Of a small chamfer few points lie off both faces, too few for a line through these.
+    """
+    cut = best_cut(edge)
+    if cut is None or cut.side != side:
+        return False
+    of_ball = cut.edge.misfit_with_round(radius, side, only=True)
+    return cut.total(cut.setbacks) + _CUT * options.face_cost < float(of_ball.sum())
 
 
 def _best_ball(edge: Stretch, radii: Array) -> tuple[float, float]:
