@@ -182,6 +182,8 @@ class _Builder:
         return QuadNet(vertices, best.quads, is_open=True, notes=notes)
 
     def _trimmed(self, vertices: Array, quads: NDArray[np.int64]) -> Trimmed:
+        # What hangs on the surface in a vertex only is a crumb of its own.
+        vertices, quads = _taken_apart(vertices, quads)
         vertices = self._project(vertices, self.options.projection_steps[1])
         cut = trimmed(
             vertices,
