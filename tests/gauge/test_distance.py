@@ -149,15 +149,16 @@ def test_many_patches_follow_the_same_rule(nets):
     assert np.abs(np.abs(found.distance) - exact(points, shape)).max() < 1e-3 * SPACING
 
 
-def test_the_unit_does_not_matter():
+@pytest.mark.parametrize("factor", [1000.0, 1e-4])
+def test_the_unit_does_not_matter(factor):
     shape = SHAPES["rounded box"]()
     points = around(shape, 200, 0.5)
     grow = gp_Trsf()
-    grow.SetScaleFactor(1000.0)
-    large = BRepBuilderAPI_Transform(shape, grow, True).Shape()
-    small = deviations(shape, points, SPACING)
-    found = deviations(large, 1000.0 * points, 1000.0 * SPACING)
-    assert np.allclose(found.distance, 1000.0 * small.distance, atol=1e-3 * 1000.0 * SPACING)
+    grow.SetScaleFactor(factor)
+    other = BRepBuilderAPI_Transform(shape, grow, True).Shape()
+    one = deviations(shape, points, SPACING)
+    found = deviations(other, factor * points, factor * SPACING)
+    assert np.allclose(found.distance, factor * one.distance, atol=1e-3 * factor * SPACING)
 
 
 def test_no_point_and_no_face():

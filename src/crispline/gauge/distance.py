@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from crispline.gauge.bordersearch import BorderSearch, border_search
 from crispline.gauge.carriers import Carriers, carriers
 from crispline.gauge.deviation import sample_triangles
 from crispline.occt.measure import Tessellation, tessellate
-from crispline.surface.base import Array
+from crispline.surface.base import Array, Similarity
 
 Index = NDArray[np.int64]
 
@@ -38,6 +38,8 @@ _SEGMENT = 0.5
 _SLACK = 0.1
 """A foot this much farther from every edge than from a sample of its face lies inside the
 face, in spacings."""
+_SMALL = 1e-3
+"""Shapes with a smaller spacing are measured at spacing 1, as OCCT's precision is absolute."""
 _CHUNK = 50_000
 """Points measured together; bounds the memory."""
 
@@ -82,6 +84,11 @@ def deviations(
     InputError
         The shape has no face with an area, or a surface that is none of OCCT's usual kinds.
     """
+    if spacing < _SMALL:
+        larger = Similarity(1.0 / spacing, np.eye(3), np.zeros(3))
+        mesh = mesh and replace(mesh, vertices=larger.points(mesh.vertices))
+        found = deviations(occt.transform(shape, larger), larger.points(points), 1.0, mesh)
+        return Deviations(spacing * found.distance, found.face, spacing * found.foot)
     target, points = _target(shape, spacing, mesh), np.asarray(points, float).reshape(-1, 3)
     parts = [target.measured(points[i : i + _CHUNK]) for i in range(0, max(len(points), 1), _CHUNK)]
     return Deviations(
