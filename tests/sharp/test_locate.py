@@ -116,6 +116,20 @@ def test_a_ridge_without_room_collapses(shapes, mismatch, raggedness, seed):
     assert all(edge.gap < 1e-9 for edge in model.edges)
 
 
+@pytest.mark.parametrize(("raggedness", "seed"), [(0.0, 0), (0.5, 1)])
+def test_a_ridge_that_runs_the_other_way_is_found(shapes, raggedness, seed):
+    """Labels may join the wrong two of four slopes."""
+    model, warnings = shapes["hip_roof"](raggedness, seed, -0.6).located()
+    assert_consistent(model)
+    assert warnings == ()
+    assert (len(model.vertices), len(model.edges), len(model.faces)) == (6, 9, 5)
+    assert euler(model) == 2
+    assert model.vertex_gaps.max() < 1e-9
+    assert all(edge.gap < 1e-9 for edge in model.edges)
+    assert {1, 3} in [{edge.left, edge.right} for edge in model.edges]
+    assert {0, 2} not in [{edge.left, edge.right} for edge in model.edges]
+
+
 @pytest.mark.parametrize("side", [0, 1])
 def test_beside_patches_no_ridge_collapses(shapes, side):
     """The net has the ridge, and patches have the net's sides; the other faces hold its ends."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -21,16 +20,17 @@ from crispline.sharp.corner import Corner
 from crispline.sharp.crease import Border, Crease, Ends
 from crispline.sharp.doubt import Doubt
 from crispline.sharp.draw import Drawing
+from crispline.sharp.finder import Finder
 from crispline.sharp.network import (
     chains_at,
     chains_by_end,
-    contracted,
     corner_vertices,
     labels_beside,
 )
-from crispline.sharp.revise import collapsible_chains, split_at_branches
+from crispline.sharp.revise import split_at_branches
 from crispline.sharp.rim import split_at_kinks
 from crispline.sharp.search import Search, thinning
+from crispline.sharp.short import Sites, collapsible_chains, without_short_borders
 from crispline.sharp.tears import mended
 from crispline.sharp.touch import met_at_touches
 from crispline.sharp.trace import Guide, guide_along
@@ -86,7 +86,7 @@ def locate(
         long as these are, and the corners at the ends of short ones are held by the others.
     """
     doubts: list[Doubt] = []
-    finder: _Finder = Drawing(regions, options)
+    finder: Finder = Drawing(regions, options)
     if not is_sculpture:
         topology, torn = mended(topology, net_vertices, regions, cloud)
         doubts += [_torn(chain, net_vertices) for chain in torn]
@@ -104,52 +104,27 @@ def locate(
     first = finder.corners(places, ending, topology.chains, borders)
     corners = dict(zip(around, first, strict=True))
     held = _held(topology, patched)
-    while (found := _collapse(topology, net_vertices, corners, held, options)) is not None:
-        index, kept, lost = found
-        gone = topology.chains[index]
-        net_vertices = net_vertices.copy()
-        net_vertices[kept] = 0.5 * (net_vertices[kept] + net_vertices[lost])
-        topology = contracted(topology, index, kept, lost)
-        del borders[index], corners[lost]
-        ending = [chains_at(topology, kept)]
-        corners[kept] = finder.corners(net_vertices[[kept]], ending, topology.chains, borders)[0]
-        text = (
-            f"the border of regions {_names([gone])} near {{place}} is shorter "
-            "than its corners are certain and became one corner"
-        )
-        doubts.append(Doubt(text, net_vertices[kept]))
+    sites = Sites(topology, net_vertices, tuple(borders), corners)
+    sites, short = without_short_borders(
+        sites, held, finder, options, may_exchange=not is_sculpture
+    )
+    doubts += short
+    topology, corners = sites.topology, dict(sites.corners)
     if patched:
-        short = collapsible_chains(topology, net_vertices, corners, options)
-        tips = {int(v) for index in short for v in topology.chains[index].vertices[[0, -1]]}
+        short_ones = [topology.chains[index] for index in collapsible_chains(sites, options)]
+        tips = {int(vertex) for chain in short_ones for vertex in chain.vertices[[0, -1]]}
         around = {
             vertex: [i for i in ending if not _is_beside(topology.chains[i], patched)]
             for vertex, ending in chains_by_end(topology, sorted(tips)).items()
         }
-        places = net_vertices[list(around)]
-        apart = finder.corners(places, list(around.values()), topology.chains, borders)
+        places = sites.vertices[list(around)]
+        apart = finder.corners(places, list(around.values()), topology.chains, sites.borders)
         corners |= dict(zip(around, apart, strict=True))
-    ends = [_ends(*pair, corners) for pair in zip(topology.chains, borders, strict=True)]
-    creases = finder.creases(topology.chains, borders, ends)
+    ends = [_ends(*pair, corners) for pair in zip(topology.chains, sites.borders, strict=True)]
+    creases = finder.creases(topology.chains, sites.borders, ends)
     doubts += _doubts(topology, corners, creases)
-    model = _model(topology, regions, corners, borders, creases, options)
+    model = _model(topology, regions, corners, sites.borders, creases, options)
     return Located(model, topology, tuple(doubts))
-
-
-def _collapse(
-    topology: Topology,
-    net_vertices: Array,
-    corners: Mapping[int, Corner],
-    held: Collection[int],
-    options: LocateOptions,
-) -> tuple[int, int, int] | None:
-    """A chain to shrink to a point, the end that stays, and the other, which none may hold."""
-    for index in collapsible_chains(topology, net_vertices, corners, options):
-        first, last = topology.chains[index].vertices[[0, -1]].tolist()
-        if last not in held:
-            return index, first, last
-        if first not in held:
-            return index, last, first
-    return None
 
 
 def _held(topology: Topology, labels: Collection[int]) -> set[int]:
@@ -160,24 +135,6 @@ def _held(topology: Topology, labels: Collection[int]) -> set[int]:
 
 def _is_beside(chain: Chain, labels: Collection[int]) -> bool:
     return chain.left in labels or chain.right in labels
-
-
-class _Finder(Protocol):
-    """Where borders run and corners are; :class:`Drawing` tells what the parameters mean."""
-
-    def borders(self, chains: Sequence[Chain], guides: Sequence[Guide]) -> list[Border]: ...
-
-    def corners(
-        self,
-        places: Array,
-        around: Sequence[Sequence[int]],
-        chains: Sequence[Chain],
-        borders: Sequence[Border],
-    ) -> list[Corner]: ...
-
-    def creases(
-        self, chains: Sequence[Chain], borders: Sequence[Border], ends: Sequence[Ends]
-    ) -> list[Crease]: ...
 
 
 def _guide(chain: Chain, net_vertices: Array, anchors: Collection[int]) -> Guide:

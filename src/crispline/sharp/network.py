@@ -71,6 +71,62 @@ def contracted(topology: Topology, index: int, kept: int, lost: int) -> Topology
     return Topology(chains, loops)
 
 
+def exchanged(topology: Topology, index: int) -> Topology | None:
+    """Put a border between the two regions at the ends of a chain in place of the chain.
+
+    Seen with the chain running north, from its south end (third region A) to its north end
+    (third region B) between L in the west and R in the east, the new one runs from west to east
+    between B and A, and has the vertices of the old ends.
+
+    Returns
+    -------
+    The network with the new chain under the old index; None where fewer than four regions and
+    four other chains meet at the two ends, or a loop would be left with less than two chains.
+    """
+    chain = topology.chains[index]
+    start, end = chain.vertices[[0, -1]].tolist()
+    south, north = ([i for i in chains_at(topology, v) if i != index] for v in (start, end))
+    labels = labels_beside(topology.chains[i] for i in (index, *south, *north))
+    outer = {*south, *north}
+    if (len(south), len(north), len(outer), len(labels)) != (2, 2, 4, 4):
+        return None
+    if not loops_keep_two(topology, index):
+        return None
+    beside = {
+        (i in south, side): i
+        for i in outer
+        for side in (chain.left, chain.right)
+        if side in side_labels(topology.chains[i])
+    }
+    if len(beside) != 4:
+        return None
+    south_east, north_west = beside[True, chain.right], beside[False, chain.left]
+    ahead, behind = (
+        next(label for label in side_labels(topology.chains[i]) if label != side)
+        for i, side in ((north_west, chain.left), (south_east, chain.right))
+    )
+    chains = list(topology.chains)
+    chains[index] = Chain(chain.vertices[[0, -1]], ahead, behind)
+    chains[south_east] = _with_end_moved(chains[south_east], start, end)
+    chains[north_west] = _with_end_moved(chains[north_west], end, start)
+    # The region in the north runs along it from west to east, the one in the south back.
+    after = {(north_west, ahead): (index, 1), (south_east, behind): (index, -1)}
+
+    def renewed(region: int, loop: Loop) -> Loop:
+        uses = [use for use in loop if use[0] != index]
+        return tuple(
+            one
+            for use in uses
+            for one in ((use, after[use[0], region]) if (use[0], region) in after else (use,))
+        )
+
+    loops = {
+        region: tuple(renewed(region, loop) for loop in found)
+        for region, found in topology.loops.items()
+    }
+    return Topology(tuple(chains), loops)
+
+
 def split(topology: Topology, index: int, position: int) -> Topology:
     """Cut a chain at the inner vertex ``vertices[position]``, which becomes a corner.
 
@@ -151,6 +207,16 @@ def relinked(
         of_region[chain.left if side > 0 else chain.right].append(own)
     ordered = tuple(chains[old] for old in sorted(chains))
     return Topology(ordered, {label: tuple(found) for label, found in of_region.items()})
+
+
+def loops_keep_two(topology: Topology, index: int) -> bool:
+    """Whether every loop through a chain has at least two others."""
+    return all(
+        len(loop) > 2
+        for region_loops in topology.loops.values()
+        for loop in region_loops
+        if any(chain == index for chain, _ in loop)
+    )
 
 
 def _with_end_moved(chain: Chain, lost: int, kept: int) -> Chain:

@@ -21,9 +21,9 @@ from crispline.sharp.network import (
     contracted,
     corner_vertices,
     labels_beside,
+    loops_keep_two,
     shortened,
 )
-from crispline.sharp.revise import loops_keep_two
 from crispline.sharp.trace import MAX_MOVE, guide_along
 from crispline.surface.base import Array
 from crispline.surface.intersect import intersect

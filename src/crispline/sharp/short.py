@@ -1,0 +1,172 @@
+"""Short borders whose corners are one point or have changed places.
+
+Labels are ragged, so near a place where four faces nearly meet they may join the wrong two of
+them: the corners at the ends of their border then lie the wrong way round. The other two faces
+have a border there instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Set
+from dataclasses import dataclass
+
+import numpy as np
+
+from crispline.curve import arc_length
+from crispline.options import LocateOptions
+from crispline.region.topology import Chain, Topology
+from crispline.sharp.corner import Corner
+from crispline.sharp.crease import Border
+from crispline.sharp.doubt import Doubt
+from crispline.sharp.finder import Finder
+from crispline.sharp.network import (
+    chains_at,
+    contracted,
+    exchanged,
+    labels_beside,
+    loops_keep_two,
+)
+from crispline.sharp.trace import guide_along
+from crispline.surface.base import Array
+
+_REVERSED_LENGTH = 4.0
+"""Corners farther apart than this in the net have not changed places by chance, in spacings."""
+_EXACT = 1e-6
+
+
+@dataclass(frozen=True)
+class Sites:
+    """A border network with what was found for it.
+
+    Attributes
+    ----------
+    topology : the network.
+    vertices : of the net, shape ``(n, 3)``.
+    borders : of every chain.
+    corners : by the net vertex where chains end.
+    """
+
+    topology: Topology
+    vertices: Array
+    borders: tuple[Border, ...]
+    corners: dict[int, Corner]
+
+
+def without_short_borders(
+    sites: Sites,
+    held: Set[int],
+    finder: Finder,
+    options: LocateOptions,
+    *,
+    may_exchange: bool = True,
+) -> tuple[Sites, list[Doubt]]:
+    """Exchange each short border that runs backwards for one of the other two faces at its ends,
+    where all four meet in pairs of exact corners; let the others become a corner.
+
+    Parameters
+    ----------
+    held : net vertices that stay.
+    may_exchange : whether a border need not follow sides of the net.
+
+    Returns
+    -------
+    The new network, and a doubt per border that became a corner.
+    """
+    doubts: list[Doubt] = []
+    tried: set[tuple[int, int]] = set()
+    while (short := _first_free(sites, held, options)) is not None:
+        chain = sites.topology.chains[short]
+        start, end = chain.vertices[[0, -1]].tolist()
+        if may_exchange and held.isdisjoint((start, end)) and (start, end) not in tried:
+            tried.add((start, end))
+            better = _exchange(sites, short, finder, options)
+            if better is not None:
+                sites = better
+                continue
+        kept, lost = (start, end) if end not in held else (end, start)
+        sites = _collapse(sites, short, kept, lost, finder)
+        names = ", ".join(map(str, labels_beside([chain])))
+        text = (
+            f"the border of regions {names} near {{place}} is shorter "
+            "than its corners are certain and became one corner"
+        )
+        doubts.append(Doubt(text, sites.vertices[kept]))
+    return sites, doubts
+
+
+def collapsible_chains(sites: Sites, options: LocateOptions) -> Iterator[int]:
+    """Indices of the chains whose corners are one point, or have changed places, ascending."""
+    for index, chain in enumerate(sites.topology.chains):
+        if chain.is_closed:
+            continue
+        length = arc_length(sites.vertices[chain.vertices])[-1]
+        is_one_point = np.linalg.norm(_across(sites, chain)) <= options.collapse_distance
+        is_reversed = _is_reversed(sites, chain) and length < _REVERSED_LENGTH
+        is_spurious = length < options.collapse_length and (is_one_point or is_reversed)
+        if is_spurious and loops_keep_two(sites.topology, index):
+            yield index
+
+
+def _first_free(sites: Sites, held: Set[int], options: LocateOptions) -> int | None:
+    """A short chain of which at least one end may go."""
+    for index in collapsible_chains(sites, options):
+        if not set(sites.topology.chains[index].vertices[[0, -1]].tolist()) <= held:
+            return index
+    return None
+
+
+def _across(sites: Sites, chain: Chain) -> Array:
+    """From the corner at the start of a chain to that at its end."""
+    start, end = chain.vertices[[0, -1]].tolist()
+    return sites.corners[end].position - sites.corners[start].position
+
+
+def _is_reversed(sites: Sites, chain: Chain) -> bool:
+    """Whether the corners of a chain have changed places."""
+    start, end = chain.vertices[[0, -1]].tolist()
+    return bool(_across(sites, chain) @ (sites.vertices[end] - sites.vertices[start]) < 0.0)
+
+
+def _collapse(sites: Sites, index: int, kept: int, lost: int, finder: Finder) -> Sites:
+    """One corner, half way between the ends of a chain in the net, for both of them."""
+    vertices = sites.vertices.copy()
+    vertices[kept] = 0.5 * (vertices[kept] + vertices[lost])
+    topology = contracted(sites.topology, index, kept, lost)
+    borders = (*sites.borders[:index], *sites.borders[index + 1 :])
+    corners = {vertex: sites.corners[vertex] for vertex in sites.corners if vertex != lost}
+    ending = [chains_at(topology, kept)]
+    corners[kept] = finder.corners(vertices[[kept]], ending, topology.chains, borders)[0]
+    return Sites(topology, vertices, borders, corners)
+
+
+def _exchange(sites: Sites, index: int, finder: Finder, options: LocateOptions) -> Sites | None:
+    """The border of the other two faces, if its corners are exact and none changes places."""
+    topology = exchanged(sites.topology, index)
+    if topology is None:
+        return None
+    chain = topology.chains[index]
+    ends = chain.vertices[[0, -1]].tolist()
+    beside = [[i for i in chains_at(topology, end) if i != index] for end in ends]
+    places = np.stack(2 * [sites.vertices[ends].mean(axis=0)])
+    found = finder.corners(places, beside, topology.chains, sites.borders)
+    if any(corner.is_fallback or corner.gap > _EXACT for corner in found):
+        return None
+    # It runs from what was left of the old one to what was right of it.
+    forward = np.subtract(*sites.vertices[ends[::-1]])
+    right = np.cross(forward, _outward(sites.borders[index], places[:1]))
+    across = found[1].position - found[0].position
+    if across @ right <= 0.0 or np.linalg.norm(across) <= options.collapse_distance:
+        return None
+    vertices = sites.vertices.copy()
+    vertices[ends] = [corner.position for corner in found]
+    (border,) = finder.borders([chain], [guide_along(vertices[ends], False)])
+    borders = (*sites.borders[:index], border, *sites.borders[index + 1 :])
+    better = Sites(topology, vertices, borders, sites.corners | dict(zip(ends, found, strict=True)))
+    outer = [topology.chains[i] for i in (*beside[0], *beside[1])]
+    return None if any(_is_reversed(better, other) for other in outer) else better
+
+
+def _outward(border: Border, place: Array) -> Array:
+    """Sum of the outward normals of the surfaces beside a border, shape ``(3,)``."""
+    sides = zip(border.surfaces, border.orientations, strict=True)
+    return np.asarray(sum(sign * surface.project(place)[1][0] for surface, sign in sides))
