@@ -5,7 +5,8 @@ import pytest
 
 from crispline.options import LocateOptions
 from crispline.sharp import refine
-from crispline.surface import Cylinder, Plane
+from crispline.surface import Cone, Cylinder, Plane
+from crispline.surface.intersect import intersect
 
 
 def test_refinement_stops_when_new_points_fall_on_old_ones(monkeypatch):
@@ -65,3 +66,32 @@ def test_a_curve_leads_to_a_corner_beside_it_without_a_hook(miss):
     far = places[places[:, 0] > 4.0]
     np.testing.assert_allclose(far[:, 1:], 0.0, atol=1e-2)
     np.testing.assert_allclose(places[[0, -1]], np.stack(ends), atol=1e-9)
+
+
+@pytest.mark.parametrize("lift", [-3e-3, 0.0, 3e-3])
+@pytest.mark.parametrize("at_start", [True, False])
+def test_two_curves_leave_a_cusp_without_crossing(lift, at_start):
+    """The round chamfer of a nut touches a flat: OCCT could not fill the crescent beside."""
+    radius, axis = 45.0, np.array([0.0, 0.0, 1.0])
+    apex = (radius / np.tan(np.radians(60.0))) * axis
+    cone = Cone(apex, -axis, np.radians(60.0))
+    top, side = Plane(np.zeros(3), axis), Plane((radius + lift) * np.eye(3)[0], np.eye(3)[0])
+    tip = np.array([radius + lift, 0.0, 0.0])
+    curves = []
+    for flat in (top, side):
+        y = np.linspace(0.0, 20.0, 30)
+        points, _ = intersect(np.stack([0 * y + radius, y, -0.005 * y**2], 1), [cone, flat])
+        ends = (tip, points[-1])
+        if not at_start:
+            points, ends = points[::-1], ends[::-1]
+        cusps = (at_start, not at_start)
+        curve = refine.curve_along(points, ends, [cone, flat], LocateOptions(), cusps)
+        places = curve.samples(4001)
+        assert np.linalg.norm(places[0 if at_start else -1] - tip) < 1e-9
+        assert max(np.abs(s.signed_distance(places)).max() for s in (cone, flat)) < 0.02
+        curves.append(places if at_start else places[::-1])
+    circle, hyperbola = curves
+    width = np.interp(hyperbola[:, 1], circle[:, 1], circle[:, 2]) - hyperbola[:, 2]
+    along = hyperbola[:, 1]
+    near = (along > 0.01) & (along < 5.0)
+    assert (width[near] > 0.004 * along[near]).all()

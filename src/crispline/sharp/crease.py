@@ -166,6 +166,7 @@ def locate_crease(
     cloud: cKDTree,
     max_cloud_distance: float,
     options: LocateOptions,
+    cusps: Sequence[bool] = (False, False),
 ) -> Crease:
     """Locate a border.
 
@@ -177,6 +178,7 @@ def locate_crease(
     cloud : the raw points.
     max_cloud_distance : largest distance of the curve to the cloud, spacings.
     options : tolerances.
+    cusps : see :func:`crispline.sharp.refine.curve_along`.
 
     Returns
     -------
@@ -200,7 +202,7 @@ def locate_crease(
     for points in traced(guide, border.constraints, feet, max_gap):
         leeway = slack + _rounded_off(border.angle(points))
         if is_sane(points, guide, leeway, cloud, max_cloud_distance):
-            curve = curve_along(points, ends, border.constraints, options)
+            curve = curve_along(points, ends, border.constraints, options, cusps)
             if curve is None:
                 continue
             return _measured(curve, border)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from crispline.curve import Curve, circle_through, interpolated, line_through, resampled
 from crispline.options import LocateOptions
-from crispline.surface.base import Array
+from crispline.surface.base import Array, unit
 from crispline.surface.intersect import (
     Constraint,
     distance,
@@ -26,6 +26,7 @@ _MAX_PARTS = 8
 _MIN_STRENGTH = 0.05
 _LOOSE = 0.05  # ends so far from the surfaces lie aside of them, spacings
 _LOOSE_REACH = 3.0
+_CUSP_REACH = 2.0  # so near to a cusp curves are drawn straight to it, spacings
 
 
 def curve_along(
@@ -33,6 +34,7 @@ def curve_along(
     ends: tuple[Array, Array] | None,
     constraints: Sequence[Constraint],
     options: LocateOptions,
+    cusps: Sequence[bool] = (False, False),
 ) -> Curve | None:
     """The simplest curve through ordered points on the constraints that stays on them.
 
@@ -42,6 +44,8 @@ def curve_along(
     ends : vertices that the curve should reach; None for a closed curve.
     constraints : what the points lie on.
     options : tolerances.
+    cusps : of the two ends those at which another curve leaves in the same direction: there the
+        curve goes all the way to its vertex, and leaves it at an angle.
 
     Returns
     -------
@@ -52,7 +56,7 @@ def curve_along(
     """
     is_closed = ends is None
     points = _even(points, int(np.clip(len(points), 24, 60)), constraints)
-    reached = _reached_ends(points, ends, options.corner_gap)
+    reached = _reached_ends(points, ends, np.where(cusps, 0.0, options.corner_gap))
     if reached.all():
         exact_tolerance = 0.1 * options.curve_tolerance
         line = None if is_closed else line_through(points, exact_tolerance)
@@ -65,13 +69,20 @@ def curve_along(
     slopes = _end_tangents(nodes, constraints)
     if ends is not None and not reached.all():
         for side, index in enumerate((0, -1)):
-            if not reached[side]:
-                nodes[index], slopes[side] = ends[side], 0.0
+            if reached[side]:
+                continue
+            nodes[index], slopes[side] = ends[side], 0.0
+            if cusps[side]:
+                # What the fits leave undecided is more than what parts the two curves there.
+                away = np.linalg.norm(nodes - ends[side], axis=1)
+                is_inner = np.arange(len(nodes)) % (len(nodes) - 1) > 0
+                nodes = nodes[~is_inner | (away > _CUSP_REACH)]
+                slopes[side] = unit((nodes[index] - nodes[1 if side == 0 else -2]) * (2 * side - 1))
     return interpolated(nodes, is_closed, slopes)
 
 
 def _reached_ends(
-    points: Array, ends: tuple[Array, Array] | None, corner_gap: float
+    points: Array, ends: tuple[Array, Array] | None, corner_gap: Array
 ) -> NDArray[np.bool_]:
     """Whether each end of the points is close enough to its vertex, shape ``(2,)``."""
     if ends is None:

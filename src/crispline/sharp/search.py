@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -90,19 +90,16 @@ class Search:
         self, chains: Sequence[Chain], borders: Sequence[Border], ends: Sequence[Ends]
     ) -> list[Crease]:
         away = self.thinning * self.options.crease_cloud_distance + 2.0 * self.sigma
-        to_the_end = replace(self.options, corner_gap=0.0)
-        touching = [
-            not self.touches.isdisjoint(chain.vertices[[0, -1]].tolist()) for chain in chains
-        ]
         return [
             locate_crease(
                 border,
                 tips,
                 self.cloud,
                 away,
-                to_the_end if touches and tips is not None else self.options,
+                self.options,
+                [int(vertex) in self.touches for vertex in chain.vertices[[0, -1]]],
             )
-            for border, tips, touches in zip(borders, ends, touching, strict=True)
+            for border, tips, chain in zip(borders, ends, chains, strict=True)
         ]
 
 
