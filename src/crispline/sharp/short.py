@@ -60,8 +60,8 @@ def without_short_borders(
     *,
     may_exchange: bool = True,
 ) -> tuple[Sites, list[Doubt]]:
-    """Exchange each short border that runs backwards for one of the other two faces at its ends,
-    where all four meet in pairs of exact corners; let the others become a corner.
+    """Exchange each short border that runs backwards, or has no corner at an end, for one of the
+    other two faces at its ends if that has exact corners; let others become a corner.
 
     Parameters
     ----------
@@ -74,15 +74,16 @@ def without_short_borders(
     """
     doubts: list[Doubt] = []
     tried: set[tuple[int, int]] = set()
-    while (short := _first_free(sites, held, options)) is not None:
+    while True:
+        better = _first_exchange(sites, held, tried, finder, options) if may_exchange else None
+        if better is not None:
+            sites = better
+            continue
+        short = _first_free(sites, held, options)
+        if short is None:
+            return sites, doubts
         chain = sites.topology.chains[short]
         start, end = chain.vertices[[0, -1]].tolist()
-        if may_exchange and held.isdisjoint((start, end)) and (start, end) not in tried:
-            tried.add((start, end))
-            better = _exchange(sites, short, finder, options)
-            if better is not None:
-                sites = better
-                continue
         kept, lost = (start, end) if end not in held else (end, start)
         sites = _collapse(sites, short, kept, lost, finder)
         names = ", ".join(map(str, labels_beside([chain])))
@@ -91,7 +92,6 @@ def without_short_borders(
             "than its corners are certain and became one corner"
         )
         doubts.append(Doubt(text, sites.vertices[kept]))
-    return sites, doubts
 
 
 def collapsible_chains(sites: Sites, options: LocateOptions) -> Iterator[int]:
@@ -112,6 +112,29 @@ def _first_free(sites: Sites, held: Set[int], options: LocateOptions) -> int | N
     for index in collapsible_chains(sites, options):
         if not set(sites.topology.chains[index].vertices[[0, -1]].tolist()) <= held:
             return index
+    return None
+
+
+def _first_exchange(
+    sites: Sites,
+    held: Set[int],
+    tried: set[tuple[int, int]],
+    finder: Finder,
+    options: LocateOptions,
+) -> Sites | None:
+    """The first exchange that holds, of short borders that run backwards or end nowhere."""
+    collapsible = set(collapsible_chains(sites, options))
+    for index, chain in enumerate(sites.topology.chains):
+        start, end = chain.vertices[[0, -1]].tolist()
+        if start == end or (start, end) in tried or not held.isdisjoint((start, end)):
+            continue
+        is_lost = sites.corners[start].is_fallback or sites.corners[end].is_fallback
+        is_short = arc_length(sites.vertices[chain.vertices])[-1] < _REVERSED_LENGTH
+        if index in collapsible or (is_lost and is_short):
+            tried.add((start, end))
+            better = _exchange(sites, index, finder, options)
+            if better is not None:
+                return better
     return None
 
 
