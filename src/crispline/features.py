@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -17,15 +17,15 @@ from crispline.cloud.thin import thin_walls
 from crispline.cloud.waves import noise_growth
 from crispline.cloud.working import WorkingCloud, working_cloud
 from crispline.errors import ReconstructionError
-from crispline.net.halfedge import half_edges
+from crispline.net.halfedge import HalfEdges, half_edges
 from crispline.net.orientation import oriented_normals
-from crispline.net.quads import quad_net
+from crispline.net.quads import QuadNet, quad_net
 from crispline.net.strays import stray_pieces, strays_sentence
 from crispline.options import Options
-from crispline.region.evidence import gather_evidence
+from crispline.region.evidence import Evidence, gather_evidence
 from crispline.region.patches import PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.region.segment import Segmentation, segment
+from crispline.region.segment import Segmentation, segment, without_regions
 from crispline.region.topology import Topology, border_topology
 from crispline.result import Reconstruction
 from crispline.sharp.blend import blended
@@ -101,22 +101,19 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
         evidence, net.vertices, quads, detection.is_sharp, options.region, options.fit
     )
     watch.stage("edges", 0.8)
-    topology = border_topology(quads, regions.label)
-    fits, find = _finder(topology, net.vertices, regions, cloud, sigma, options)
-    located = find()
-    smooth = settled(net, regions.label, fits, options.locate.settle_move)
-    patches = preserve(smooth, located.topology, located.model, options.locate.preserve_move)
-    places = cloud.to_user.points(net.vertices)
-    opening = "" if net.is_open else quads.opening(places)
     raw = cloud.to_user.points(cloud.scan)
     stray = np.full(len(raw), -1)
     if net.is_open:
         stray = stray_pieces(cloud.scan, net.vertices, options.net.min_piece, threads)
+    place = _Placing(net, quads, evidence, cloud, raw[stray < 0], sigma, options)
+    ladder = place.ladder(regions)
+    places = cloud.to_user.points(net.vertices)
+    opening = "" if net.is_open else quads.opening(places)
     strays = strays_sentence(raw, stray)
     rims = (quads.rims(places),) if net.is_open and not quads.is_closed else ()
     result = Reconstruction(
-        model=located.model.transformed(cloud.to_user),
-        patches=replace(patches, vertices=cloud.to_user.points(patches.vertices)),
+        model=ladder.model.transformed(cloud.to_user),
+        patches=replace(ladder.net, vertices=cloud.to_user.points(ladder.net.vertices)),
         spacing=cloud.spacing,
         noise=growth * cloud.scan_noise * cloud.sigma * cloud.spacing,
         warnings=(
@@ -127,21 +124,9 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
             *net.notes,
             *([strays] if strays else []),
             *([opening] if opening else rims),
-            *(d.sentence(cloud.to_user) for d in located.doubts if regions.has_faces),
         ),
         patch_kinds=detection.kinds(),
         plain_vertices=cloud.to_user.points(net.vertices),
-    )
-    ladder = Ladder(
-        located.model,
-        LabelledNet(smooth, regions.label, located.topology),
-        patches,
-        net.vertices,
-        cloud.to_user,
-        raw[stray < 0],
-        options.locate.preserve_move,
-        regions.has_faces,
-        lambda labels: find(patched=labels),
     )
     return Features(ladder, result, opening)
 
@@ -152,6 +137,51 @@ def _shared(growth: float) -> str:
         f"points err together with those round them, {growth:.2g} times as much over a face as "
         "over two dozen points: faces are judged by that noise, and what is finer than it is lost"
     )
+
+
+@dataclass(frozen=True)
+class _Placing:
+    """From regions to what a model is built from.
+
+    Attributes
+    ----------
+    points : what the model is compared with, in the user's unit.
+    """
+
+    net: QuadNet
+    quads: HalfEdges
+    evidence: Evidence
+    cloud: WorkingCloud
+    points: Array
+    sigma: float
+    options: Options
+
+    def ladder(self, regions: Segmentation) -> Ladder:
+        """The edges and corners of the regions, and what tells other ways if they fail."""
+        net, options, to_user = self.net, self.options, self.cloud.to_user
+        topology = border_topology(self.quads, regions.label)
+        fits, find = _finder(topology, net.vertices, regions, self.cloud, self.sigma, options)
+        located = find()
+        smooth = settled(net, regions.label, fits, options.locate.settle_move)
+        max_move = options.locate.preserve_move
+        return Ladder(
+            located.model,
+            LabelledNet(smooth, regions.label, located.topology),
+            preserve(smooth, located.topology, located.model, max_move),
+            net.vertices,
+            to_user,
+            self.points,
+            max_move,
+            regions.has_faces,
+            tuple(d.sentence(to_user) for d in located.doubts if regions.has_faces),
+            lambda labels: find(patched=labels),
+            lambda labels: self._without(regions, labels),
+        )
+
+    def _without(self, regions: Segmentation, labels: Collection[int]) -> Ladder | None:
+        options = self.options.region
+        fewer = without_regions(regions, labels, self.evidence, self.quads, options)
+        return None if fewer is None else self.ladder(fewer)
 
 
 def _finder(

@@ -66,4 +66,5 @@ def detect(
     watch = Stopwatch(progress)
     with watch.guard(), threadpool_limits(1):
         found = located_features(cloud, options or Options(), watch)
-    return replace(found.result, timings=watch.stop())
+    warnings = (*found.result.warnings, *found.ladder.doubts)
+    return replace(found.result, warnings=warnings, timings=watch.stop())

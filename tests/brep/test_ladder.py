@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from crispline import occt
+from crispline import features, occt
 from crispline.brep import ladder as ladder_module
 from crispline.brep.check import BadFace, check_shape
 from crispline.brep.compose import make_solid
@@ -19,6 +19,8 @@ from crispline.model import Face, Model
 from crispline.net.halfedge import half_edges
 from crispline.net.quads import QuadNet
 from crispline.options import Options
+from crispline.region.fitting import held_fit
+from crispline.region.segment import segment
 from crispline.region.topology import border_topology
 from crispline.shapes import SHAPES, sample
 from crispline.sharp.patched import LabelledNet, has_sides, patched
@@ -174,19 +176,23 @@ def test_what_occt_refuses_to_build_is_a_rung_that_fails(monkeypatch):
     assert made.solid.check.is_good
 
 
-@cache
-def octahedron():
-    """What the models of a scan of an octahedron are made from: four faces meet in a corner."""
+def octahedron_points():
+    """A scan of an octahedron."""
     rng = np.random.default_rng(0)
     signs = np.array(list(itertools.product((-10.0, 10.0), repeat=3)))
     weights = rng.dirichlet(np.ones(3), 3000)
-    points = signs[rng.integers(0, 8, 3000)] * weights + rng.normal(0.0, 0.02, (3000, 3))
-    return located_features(points, Options(), Stopwatch())
+    return signs[rng.integers(0, 8, 3000)] * weights + rng.normal(0.0, 0.02, (3000, 3))
+
+
+@cache
+def octahedron():
+    """What the models of it are made from: four faces meet in a corner."""
+    return located_features(octahedron_points(), Options(), Stopwatch())
 
 
 def test_a_region_beside_a_collapsed_border_can_be_patches():
     found = octahedron()
-    collapsed = [text for text in found.result.warnings if "became one corner" in text]
+    collapsed = [text for text in found.ladder.doubts if "became one corner" in text]
     assert collapsed
     regions = [int(name) for name in re.search(r"regions (\d+), (\d+)", collapsed[0]).groups()]
     source = found.ladder
@@ -199,6 +205,35 @@ def test_a_region_beside_a_collapsed_border_can_be_patches():
         assert solid.check.is_good, solid.check
         assert solid.check.volume == pytest.approx(4000.0 / 3.0, rel=0.01)
         assert solid.check.edge_tolerance < 0.3 * source.spacing
+
+
+def test_a_crumb_that_fails_goes_to_its_neighbours(monkeypatch):
+    crumb = 8
+
+    def with_crumb(evidence, *rest):
+        found = segment(evidence, *rest)
+        assert len(found.fits) == crumb
+        middle = np.median(evidence.graph.points[found.label == 0], axis=0)
+        is_crumb = np.linalg.norm(evidence.graph.points - middle, axis=1) < 3.0
+        fit = held_fit(found.fits[0].surface, np.flatnonzero(is_crumb), evidence)
+        label = np.where(is_crumb, crumb, found.label)
+        return replace(found, label=label, fits={**found.fits, crumb: fit})
+
+    def failing(model, *rest, **limits):
+        solid = make_solid(model, *rest, **limits)
+        bad = [BadFace(i, "it fails") for i, face in enumerate(model.faces) if face.region == crumb]
+        return replace(solid, check=replace(solid.check, bad_faces=tuple(bad)))
+
+    monkeypatch.setattr(features, "segment", with_crumb)
+    monkeypatch.setattr(ladder_module, "make_solid", failing)
+    source = located_features(octahedron_points(), Options(), Stopwatch()).ladder
+    assert crumb in source.source.label
+    made = source.climb("trimmed")
+    assert made.solid.check.is_good
+    assert sorted(face.region for face in made.model.faces) == list(range(crumb))
+    assert [text for text in made.warnings if "region 8" in text and "its neighbours" in text]
+    # No neighbour explains a face of the part.
+    assert source.without([0, 1, 2]) is None
 
 
 def around_a_corner():

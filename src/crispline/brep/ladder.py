@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Literal
@@ -71,8 +71,11 @@ class Ladder:
     max_move : see :func:`crispline.sharp.patched.patched`.
     has_faces : whether the surfaces of the model explain the cloud. Where they do not,
         trimming them is a waste of time, and patches come first.
+    doubts : what the surfaces leave open, in words.
     located_beside : the same model located anew, with no border collapsed beside the regions of
         some labels, which become patches.
+    without : the ladder of a model without those regions of some labels that their neighbours
+        explain as well; None if there are none.
     """
 
     model: Model
@@ -83,7 +86,9 @@ class Ladder:
     points: Array
     max_move: float
     has_faces: bool
+    doubts: tuple[str, ...]
     located_beside: Callable[[Collection[int]], Located]
+    without: Callable[[Collection[int]], Ladder | None]
 
     @property
     def spacing(self) -> float:
@@ -106,15 +111,22 @@ class Ladder:
         """
         model = self.model.transformed(self.to_user)
         if kind == "patches":
-            return Attempt(model, *self._patches())
+            return self._attempt(model, *self._patches())
         patches: tuple[Solid | None, tuple[str, ...]] | None = None
         if kind == "auto" and not self.has_faces:
             patches = self._patches()
             if _is_good(patches[0]):
-                return Attempt(model, patches[0], (_NO_FACES, *patches[1]))
+                return self._attempt(model, patches[0], (_NO_FACES, *patches[1]))
         first = _tried(lambda: make_solid(model, self._places, self.spacing))
-        trimmed = Attempt(model, *first)
-        if kind == "trimmed" or _is_good(trimmed.solid):
+        trimmed = self._attempt(model, *first)
+        if _is_good(trimmed.solid):
+            return trimmed
+        reasons = _reasons(self.model, trimmed.solid) if trimmed.solid is not None else {}
+        fewer = self.without(reasons)
+        if fewer is not None:
+            again = fewer.climb(kind)
+            return replace(again, warnings=self._given_up(reasons, fewer) + again.warnings)
+        if kind == "trimmed":
             return trimmed
         if trimmed.solid is not None:
             mixed = self._mixed(trimmed.solid)
@@ -123,7 +135,7 @@ class Ladder:
         solid, warnings = patches or self._patches()
         if _is_good(solid):
             reason = "no trimmed model is valid, so the model is made of bicubic patches only"
-            return Attempt(model, solid, (reason, *warnings))
+            return self._attempt(model, solid, (reason, *warnings))
         return trimmed
 
     def _patches(self) -> tuple[Solid | None, tuple[str, ...]]:
@@ -160,12 +172,24 @@ class Ladder:
                     f"as its face fails: {reason}"
                     for label, reason in sorted(reasons.items())
                 )
-                return Attempt(model, replace(solid, representation="mixed"), warnings)
+                return self._attempt(model, replace(solid, representation="mixed"), warnings)
             more = _reasons(mixed, solid)
             if set(more) <= set(reasons):
                 return None
             reasons = more | reasons
         return None
+
+    def _attempt(self, model: Model, solid: Solid | None, warnings: tuple[str, ...]) -> Attempt:
+        return Attempt(model, solid, (*self.doubts, *warnings))
+
+    def _given_up(self, reasons: Mapping[int, str], fewer: Ladder) -> tuple[str, ...]:
+        """What to say of regions that another ladder does without."""
+        gone = np.setdiff1d(list(reasons), fewer.source.label)
+        return tuple(
+            f"region {label} near {self._place(label)} was given to its neighbours, which explain "
+            f"its points as well, as its face fails: {reasons[label]}"
+            for label in gone.tolist()
+        )
 
     def _beside(self, regions: Collection[int]) -> tuple[Model, LabelledNet]:
         """The trimmed model and its borders, which are sides of the net beside some regions."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -18,6 +18,7 @@ def prune_regions(
     fits: Mapping[int, RegionFit],
     evidence: Evidence,
     options: RegionOptions,
+    candidates: Collection[int] | None = None,
 ) -> Labels:
     """Hand the patches of superfluous regions to the neighbours that explain them best.
 
@@ -25,6 +26,11 @@ def prune_regions(
     nearly as well: the misfit rises by less than ``options.face_cost`` more than
     the borders that go (a label cost, Delong et al. 2012). Smallest first; the
     neighbours of a region that went stay this time.
+
+    Parameters
+    ----------
+    label, fits : regions and the surface of each.
+    candidates : regions that may go; None for all.
     """
     label = label.copy()
     graph = evidence.graph
@@ -35,6 +41,8 @@ def prune_regions(
         members = np.flatnonzero(label == region)
         # Larger regions differ from their neighbours by far more than one face costs.
         if region in kept or len(members) > options.max_pruned_patches:
+            continue
+        if candidates is not None and region not in candidates:
             continue
         beside = label[graph.pairs[np.isin(graph.pairs, members).any(axis=1)].ravel()]
         neighbours = np.setdiff1d(beside, [region])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -151,6 +151,31 @@ def segment(
         {int(np.searchsorted(names, r)): fit for r, fit in fits.items()},
         has_faces,
     )
+
+
+def without_regions(
+    regions: Segmentation,
+    failing: Collection[int],
+    evidence: Evidence,
+    quads: HalfEdges,
+    options: RegionOptions,
+) -> Segmentation | None:
+    """The regions without those of some that their neighbours explain as well.
+
+    The others keep their surfaces and their numbers.
+
+    Returns
+    -------
+    None if every one of them is needed.
+    """
+    label = prune_regions(regions.label, regions.fits, evidence, options, failing)
+    if np.array_equal(label, regions.label):
+        return None
+    label = tidy(label, quads, options.min_patches)
+    if label.max() > regions.label.max():
+        return None  # another region would fall apart
+    fits = {name: regions.fits[name] for name in np.unique(label).tolist()}
+    return replace(regions, label=label, fits=fits)
 
 
 def explained_share(label: Labels, fits: Mapping[int, RegionFit]) -> float:
