@@ -25,7 +25,7 @@ from crispline.options import Options
 from crispline.region.evidence import Evidence, gather_evidence
 from crispline.region.patches import PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.region.segment import Segmentation, segment, without_regions
+from crispline.region.segment import Segmentation, moved_near, segment, without_regions
 from crispline.region.topology import Topology, border_topology
 from crispline.result import Reconstruction
 from crispline.sharp.blend import blended
@@ -39,6 +39,9 @@ from crispline.sharp.tangency import adjusted
 from crispline.spline.catmull_clark import patch_centres
 from crispline.stopwatch import Stopwatch
 from crispline.surface.base import Array
+
+_BETTER = 0.8
+"""Share of what corners leave open that other borders must leave at most."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ def located_features(points: object, options: Options, watch: Stopwatch) -> Feat
     if net.is_open:
         stray = stray_pieces(cloud.scan, net.vertices, options.net.min_piece, threads)
     place = _Placing(net, quads, evidence, cloud, raw[stray < 0], sigma, options)
-    ladder = place.ladder(regions)
+    ladder = place.best_ladder(regions)
     places = cloud.to_user.points(net.vertices)
     opening = "" if net.is_open else quads.opening(places)
     strays = strays_sentence(raw, stray)
@@ -177,6 +180,23 @@ class _Placing:
             lambda labels: find(patched=labels),
             lambda labels: self._without(regions, labels),
         )
+
+    def best_ladder(self, regions: Segmentation) -> Ladder:
+        """The ladder of the regions, or of those with other borders near lost corners if these
+        leave less open.
+        """
+        first = self.ladder(regions)
+        max_gap = self.options.locate.corner_gap
+        lost = first.model.vertex_gaps > max_gap
+        if not (regions.has_faces and lost.any()):
+            return first
+        places, options = first.model.vertices[lost], self.options.region
+        moved = moved_near(regions, places, self.evidence, self.quads, options)
+        if moved is None:
+            return first
+        second = self.ladder(moved)
+        gaps = [one.model.vertex_gaps[one.model.vertex_gaps > max_gap] for one in (first, second)]
+        return second if gaps[1].sum() < _BETTER * gaps[0].sum() else first
 
     def _without(self, regions: Segmentation, labels: Collection[int]) -> Ladder | None:
         options = self.options.region

@@ -28,7 +28,7 @@ def leaf(bend, hook=0.0):
 
 @pytest.mark.parametrize("bend", [0.01, 0.1])
 def test_a_vertex_covers_where_two_edges_cannot_be_told_apart(bend):
-    gaps = cusp_gaps(leaf(bend))
+    gaps = cusp_gaps(leaf(bend), [0])
     # A parabola leaves its tangent by bend * x**2.
     assert gaps[0] == pytest.approx(np.sqrt(1e-4 / bend), abs=0.01)
     assert gaps[1] == gaps[2] == 0.0
@@ -36,7 +36,7 @@ def test_a_vertex_covers_where_two_edges_cannot_be_told_apart(bend):
 
 def test_a_vertex_covers_a_crossing_beside_it():
     hook, bend = 0.02, 0.05
-    crossing = cusp_gaps(leaf(bend, hook))[0]
+    crossing = cusp_gaps(leaf(bend, hook), [0])[0]
     x = np.linspace(0.01, 1.0, 10001)
     true = x[np.flatnonzero(np.diff(np.sign(bend * x - hook * np.exp(-3.0 * x))))[0]]
     assert true < crossing < true + 0.03
@@ -45,5 +45,5 @@ def test_a_vertex_covers_a_crossing_beside_it():
 def test_edges_at_an_angle_need_nothing():
     model = leaf(0.01)
     turned = leaf(0.01, hook=-2.0)
-    assert cusp_gaps(turned)[0] == 0.0
-    assert cusp_gaps(model)[0] > 0.0
+    assert cusp_gaps(turned, [0])[0] == 0.0
+    assert cusp_gaps(model, [0])[0] > 0.0

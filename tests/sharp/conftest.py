@@ -222,7 +222,9 @@ def nut(raggedness, seed, inside=0.0, lost=7.0):
 
 
 def hip_roof(raggedness, seed, mismatch=0.0, ridge=2.0):
-    """A pyramid whose labels show a short ridge; two opposite faces are lifted by ``mismatch``."""
+    """A pyramid whose labels show a short ridge, or one corner if ``ridge`` is zero; two opposite
+    faces are lifted by ``mismatch``.
+    """
     base, height = 10.0, 8.0
     network = Network(raggedness, seed)
     apex = height * Z
@@ -234,11 +236,14 @@ def hip_roof(raggedness, seed, mismatch=0.0, ridge=2.0):
         normal /= np.linalg.norm(normal)
         network.region(label, Plane(apex + (label % 2) * mismatch * normal, normal))
     network.region(4, Plane(np.zeros(3), -Z))
-    near, far = network.corner(-ridge / 2, 0.0, height), network.corner(ridge / 2, 0.0, height)
+    near = far = network.corner(-ridge / 2, 0.0, height)
+    if ridge:
+        far = network.corner(ridge / 2, 0.0, height)
     for k, top in enumerate((near, far, far, near)):
         network.chain(k, 4, feet[k], feet[(k + 1) % 4])
         network.chain((k - 1) % 4, k, feet[k], top)
-    network.chain(2, 0, near, far)
+    if ridge:
+        network.chain(2, 0, near, far)
     return network
 
 

@@ -130,6 +130,25 @@ def test_a_ridge_that_runs_the_other_way_is_found(shapes, raggedness, seed):
     assert {0, 2} not in [{edge.left, edge.right} for edge in model.edges]
 
 
+@pytest.mark.parametrize(("raggedness", "seed"), [(0.0, 0), (0.5, 1)])
+@pytest.mark.parametrize(("mismatch", "ridge"), [(-0.6, {1, 3}), (0.6, {0, 2})])
+def test_one_corner_of_four_faces_is_two_of_three(shapes, mismatch, ridge, raggedness, seed):
+    model, warnings = shapes["hip_roof"](raggedness, seed, mismatch, 0.0).located()
+    assert_consistent(model)
+    assert warnings == ()
+    assert (len(model.vertices), len(model.edges), euler(model)) == (6, 9, 2)
+    assert model.vertex_gaps.max() < 1e-9
+    assert all(edge.gap < 1e-9 for edge in model.edges)
+    assert ridge in [{edge.left, edge.right} for edge in model.edges]
+
+
+@pytest.mark.parametrize("mismatch", [0.0, 0.1, -0.1])
+def test_a_corner_of_four_faces_that_nearly_meet_stays_one(shapes, mismatch):
+    model, _ = shapes["hip_roof"](0.0, 0, mismatch, 0.0).located()
+    assert_consistent(model)
+    assert (len(model.vertices), len(model.edges)) == (5, 8)
+
+
 @pytest.mark.parametrize("side", [0, 1])
 def test_beside_patches_no_ridge_collapses(shapes, side):
     """The net has the ridge, and patches have the net's sides; the other faces hold its ends."""

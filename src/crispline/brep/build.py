@@ -17,7 +17,6 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Vertex, TopoDS_Wire
 
 from crispline import occt
 from crispline.brep.chart import Chart, PlaneChart
-from crispline.brep.cusps import cusp_gaps
 from crispline.brep.meet import meet_at_vertices
 from crispline.brep.pcurve import PCurve, pcurve
 from crispline.brep.seam import choose_seams
@@ -104,7 +103,7 @@ class _Workshop:
 
     def __post_init__(self) -> None:
         self.vertices = [self._vertex(position) for position in self.model.vertices]
-        self.vertex_gaps = np.maximum(self.model.vertex_gaps, cusp_gaps(self.model))
+        self.vertex_gaps = np.array(self.model.vertex_gaps, dtype=np.float64)
         self.edge_gaps = np.zeros(len(self.model.edges))
         self.edges = [self._edge(edge) for edge in self.model.edges]
 

@@ -11,6 +11,7 @@ import numpy as np
 from crispline import occt
 from crispline.brep.build import Built, build_shape
 from crispline.brep.check import UNMESHED, BadFace, Check, check_shape
+from crispline.brep.cusps import cusp_gaps
 from crispline.brep.heal import heal
 from crispline.cadfile.step import faces_lost_in_step
 from crispline.model import Model
@@ -23,6 +24,8 @@ _HEALINGS = ((0.1, False), (1.0, False), (1.0, True))
 curves of faulty faces are made anew. The gentlest comes first."""
 
 
+_CROSSED = "BRepCheck_SelfIntersectingWire"
+"""Reason of a face whose borders cross, or cannot be told apart at a cusp."""
 LOOSE = 0.3
 """With borders of larger tolerance, in spacings, a shape may be another one in a file."""
 SPOILT = "it does not survive being written to a STEP file"
@@ -39,7 +42,8 @@ class Solid:
     check : what was found in it; its ``bad_faces`` are indices into ``Model.faces``,
         -1 for a face that healing has made.
     face_order : model face index of every face of the shape, in exploration order.
-    attempt : how the shape came about: ``'as built'`` or the repair that was kept.
+    attempt : how the shape came about: ``'as built'``, ``'cusps covered'`` or the repair that
+        was kept.
     representation : ``'trimmed'`` faces, ``'mixed'`` with bicubic patches where a region could
         not be trimmed, or ``'patches'`` only.
     mesh : triangles about a spacing wide with vertices on the shape, where it came with some.
@@ -60,10 +64,11 @@ def make_solid(
 
     1. The shape is built as the model says. If it is good it is returned untouched, as
        it is when only its distance to the cloud is at fault: no repair can cure that.
-    2. Otherwise the repairs of ``_HEALINGS`` are tried, and the first good shape is
+    2. Where borders cross beside a vertex, it is built again with vertices that cover that.
+    3. Otherwise the repairs of ``_HEALINGS`` are tried, and the first good shape is
        returned; without one, the shape with the fewest faults, and a check that says so. A
        repair that cannot say which face of the model fails is no better than none.
-    3. A good shape with large gaps is written and read back where it stands: a file may spoil
+    4. A good shape with large gaps is written and read back where it stands: a file may spoil
        its faces in the model's frame and not in another.
 
     Parameters
@@ -84,9 +89,18 @@ def make_solid(
         If the geometry of an edge or face is no geometry at all.
     """
     to_unit = _to_unit_spacing(model, spacing)
-    built = build_shape(model.transformed(to_unit))
+    scaled = model.transformed(to_unit)
+    built = build_shape(scaled)
     points = None if raw_points is None else to_unit.points(raw_points)
     first = best = _judge(built, built.shape, points, "as built", not model.is_closed)
+    crossed = {fault.index for fault in best.check.bad_faces if fault.reason == _CROSSED} - {-1}
+    if crossed:
+        gaps = np.maximum(scaled.vertex_gaps, cusp_gaps(scaled, sorted(crossed)))
+        covered = build_shape(replace(scaled, vertex_gaps=gaps))
+        second = _judge(covered, covered.shape, points, "cusps covered", not model.is_closed)
+        if _n_faults(second) < _n_faults(first):
+            built, first = covered, second
+            best = first
     deadline = time.monotonic() + time_limit
     if _is_repairable(best.check):
         for max_tolerance, drop_pcurves in _HEALINGS:

@@ -6,6 +6,8 @@ the vertex covers the stretch on which it cannot tell them apart.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from crispline.curve import Curve
@@ -20,15 +22,19 @@ _N_SAMPLES = 200
 _SIDE_BY_SIDE = np.cos(np.radians(30.0))
 
 
-def cusp_gaps(model: Model) -> Array:
+def cusp_gaps(model: Model, faces: Iterable[int]) -> Array:
     """How far from each vertex two edges of a face that meet there are one or cross.
+
+    Parameters
+    ----------
+    faces : indices of those that count.
 
     Returns
     -------
     Shape ``(n,)``, zero where none leave it side by side.
     """
     gaps = np.zeros(len(model.vertices))
-    for face in model.faces:
+    for face in (model.faces[index] for index in faces):
         for loop in face.loops:
             for (first, way), (second, onward) in zip(loop, loop[1:] + loop[:1], strict=True):
                 edges = model.edges[first], model.edges[second]

@@ -21,6 +21,7 @@ from crispline.sharp.crease import Border, Crease, Ends
 from crispline.sharp.doubt import Doubt
 from crispline.sharp.draw import Drawing
 from crispline.sharp.finder import Finder
+from crispline.sharp.fourfold import with_corners_parted
 from crispline.sharp.network import (
     chains_at,
     chains_by_end,
@@ -105,6 +106,8 @@ def locate(
     corners = dict(zip(around, first, strict=True))
     held = _held(topology, patched)
     sites = Sites(topology, net_vertices, tuple(borders), corners)
+    if not is_sculpture:
+        sites = with_corners_parted(sites, held, finder, options)
     sites, short = without_short_borders(
         sites, held, finder, options, may_exchange=not is_sculpture
     )

@@ -112,19 +112,67 @@ def exchanged(topology: Topology, index: int) -> Topology | None:
     # The region in the north runs along it from west to east, the one in the south back.
     after = {(north_west, ahead): (index, 1), (south_east, behind): (index, -1)}
 
-    def renewed(region: int, loop: Loop) -> Loop:
-        uses = [use for use in loop if use[0] != index]
-        return tuple(
-            one
-            for use in uses
-            for one in ((use, after[use[0], region]) if (use[0], region) in after else (use,))
-        )
-
     loops = {
-        region: tuple(renewed(region, loop) for loop in found)
+        region: tuple(tuple(use for use in loop if use[0] != index) for loop in found)
         for region, found in topology.loops.items()
     }
-    return Topology(tuple(chains), loops)
+    return Topology(tuple(chains), _with_uses(loops, after))
+
+
+def around_corner(topology: Topology, vertex: int) -> list[tuple[int, int]]:
+    """The regions at a vertex, anticlockwise, each with the chain between it and the next one.
+
+    Empty where a region or a chain comes there twice, or the net ends.
+    """
+    arriving: dict[int, int] = {}
+    leaving: dict[int, int] = {}
+    for region, loops in topology.loops.items():
+        for loop in loops:
+            for use, after in zip(loop, loop[1:] + loop[:1], strict=True):
+                if _tip(topology, use) != vertex:
+                    continue
+                if region in arriving or after[0] in leaving:
+                    return []
+                arriving[region], leaving[after[0]] = use[0], region
+    if not arriving:
+        return []
+    region = min(arriving)
+    found = []
+    for _ in arriving:
+        found.append((region, arriving[region]))
+        if arriving[region] not in leaving:
+            return []
+        region = leaving[arriving[region]]
+    return found if region == found[0][0] and len(set(found)) == len(found) else []
+
+
+def parted(topology: Topology, vertex: int, around: Sequence[tuple[int, int]]) -> Topology | None:
+    """Make two corners of one of four regions, with a border of the first and the third between.
+
+    The corner with the second region stays at the vertex, that with the fourth goes to the next
+    vertex along the border of the third and the fourth.
+
+    Parameters
+    ----------
+    around : see :func:`around_corner`.
+
+    Returns
+    -------
+    The network with the new chain as its last; None if that border has no inner vertex.
+    """
+    (first, before), _, (third, moving), (_, last) = around
+    vertices = topology.chains[moving].vertices
+    if len(vertices) < 3:
+        return None
+    is_start = int(vertices[0]) == vertex
+    other = int(vertices[1] if is_start else vertices[-2])
+    chains = list(topology.chains)
+    rest = vertices[1:] if is_start else vertices[:-1]
+    chains[moving] = replace(chains[moving], vertices=rest)
+    chains[last] = _with_end_moved(chains[last], vertex, other)
+    chains.append(Chain(np.array([vertex, other]), first, third))
+    added = {(before, first): (len(chains) - 1, 1), (moving, third): (len(chains) - 1, -1)}
+    return Topology(tuple(chains), _with_uses(topology.loops, added))
 
 
 def split(topology: Topology, index: int, position: int) -> Topology:
@@ -207,6 +255,25 @@ def relinked(
         of_region[chain.left if side > 0 else chain.right].append(own)
     ordered = tuple(chains[old] for old in sorted(chains))
     return Topology(ordered, {label: tuple(found) for label, found in of_region.items()})
+
+
+def _with_uses(
+    loops: Mapping[int, tuple[Loop, ...]], after: Mapping[Use, Use]
+) -> dict[int, tuple[Loop, ...]]:
+    """Loops with new uses of chains, each after the use of a chain by a region."""
+
+    def renewed(region: int, loop: Loop) -> Loop:
+        new = [(use, after.get((use[0], region))) for use in loop]
+        return tuple(one for pair in new for one in pair if one is not None)
+
+    return {
+        region: tuple(renewed(region, loop) for loop in found) for region, found in loops.items()
+    }
+
+
+def _tip(topology: Topology, use: Use) -> int:
+    """Vertex at which a use of a chain ends."""
+    return int(topology.chains[use[0]].vertices[-1 if use[1] > 0 else 0])
 
 
 def loops_keep_two(topology: Topology, index: int) -> bool:

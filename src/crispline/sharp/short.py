@@ -31,7 +31,8 @@ from crispline.surface.base import Array
 
 _REVERSED_LENGTH = 4.0
 """Corners farther apart than this in the net have not changed places by chance, in spacings."""
-_EXACT = 1e-6
+EXACT = 1e-6
+"""Corners with a smaller gap lie on all their surfaces, in spacings."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +102,8 @@ def collapsible_chains(sites: Sites, options: LocateOptions) -> Iterator[int]:
             continue
         length = arc_length(sites.vertices[chain.vertices])[-1]
         is_one_point = np.linalg.norm(_across(sites, chain)) <= options.collapse_distance
-        is_reversed = _is_reversed(sites, chain) and length < _REVERSED_LENGTH
-        is_spurious = length < options.collapse_length and (is_one_point or is_reversed)
+        is_turned = is_reversed(sites, chain) and length < _REVERSED_LENGTH
+        is_spurious = length < options.collapse_length and (is_one_point or is_turned)
         if is_spurious and loops_keep_two(sites.topology, index):
             yield index
 
@@ -144,7 +145,7 @@ def _across(sites: Sites, chain: Chain) -> Array:
     return sites.corners[end].position - sites.corners[start].position
 
 
-def _is_reversed(sites: Sites, chain: Chain) -> bool:
+def is_reversed(sites: Sites, chain: Chain) -> bool:
     """Whether the corners of a chain have changed places."""
     start, end = chain.vertices[[0, -1]].tolist()
     return bool(_across(sites, chain) @ (sites.vertices[end] - sites.vertices[start]) < 0.0)
@@ -172,7 +173,7 @@ def _exchange(sites: Sites, index: int, finder: Finder, options: LocateOptions) 
     beside = [[i for i in chains_at(topology, end) if i != index] for end in ends]
     places = np.stack(2 * [sites.vertices[ends].mean(axis=0)])
     found = finder.corners(places, beside, topology.chains, sites.borders)
-    if any(corner.is_fallback or corner.gap > _EXACT for corner in found):
+    if any(corner.is_fallback or corner.gap > EXACT for corner in found):
         return None
     # It runs from what was left of the old one to what was right of it.
     forward = np.subtract(*sites.vertices[ends[::-1]])
@@ -186,7 +187,7 @@ def _exchange(sites: Sites, index: int, finder: Finder, options: LocateOptions) 
     borders = (*sites.borders[:index], border, *sites.borders[index + 1 :])
     better = Sites(topology, vertices, borders, sites.corners | dict(zip(ends, found, strict=True)))
     outer = [topology.chains[i] for i in (*beside[0], *beside[1])]
-    return None if any(_is_reversed(better, other) for other in outer) else better
+    return None if any(is_reversed(better, other) for other in outer) else better
 
 
 def _outward(border: Border, place: Array) -> Array:
