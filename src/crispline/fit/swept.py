@@ -87,6 +87,15 @@ class Translation:
             return Plane(profile.offset * normal, normal)
         return Cylinder(profile.centre @ self._frame[:2], self.direction, profile.radius)
 
+    def profile(self, surface: Plane | Cylinder) -> Profile:
+        """What sweeps a plane along the direction, or a cylinder about it."""
+        if isinstance(surface, Cylinder):
+            return Circle(self.flattened(surface.origin[None])[0], surface.radius)
+        across = self._frame[:2] @ surface.normal
+        across /= np.linalg.norm(across)
+        line = Line(float(np.arctan2(across[1], across[0])), 0.0)
+        return Line(line.angle, float(self.flattened(surface.origin[None])[0] @ line.normal))
+
 
 @dataclass(frozen=True)
 class Revolution:

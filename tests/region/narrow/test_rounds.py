@@ -15,7 +15,8 @@ from crispline.surface import Cone, Cylinder, Plane, Sphere, Torus
 
 CRUMB = 2
 RADIUS = 2.2
-UP, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+UP, ACROSS, ALONG = np.eye(3)[[2, 0, 1]]
+EYE, BALL = 30.0, 6.0
 OPTIONS = RegionOptions()
 
 
@@ -225,3 +226,37 @@ def test_balls_that_the_points_tell_apart_stay_two():
     rounds = with_rounds(label, fits, evidence, OPTIONS)[1]
     straight = sorted(ball(fit) for fit in rounds.values() if isinstance(fit.surface, Cylinder))
     assert straight == pytest.approx([2.5, 3.6], abs=0.3)
+
+
+def shank_and_eye(away):
+    """A plane and a cylinder along it, which a ball touches from outside (1) or inside (-1)."""
+    at = np.radians(-30.0)  # where the ball touches the eye, from its centre above the plane
+    toward = np.array([np.cos(at), np.sin(at)])
+    eye = np.array([0.0, BALL]) + (BALL + away * EYE) * toward
+    turn = np.radians(np.linspace(-90.0, -30.0, 7))
+    arc = np.column_stack([np.cos(turn), 1.0 + np.sin(turn)]) * BALL
+    steps = np.arange(1.0, 15.0) / EYE
+    turn = at + np.pi - steps if away > 0.0 else at + steps
+    wall = eye + EYE * np.column_stack([np.cos(turn), np.sin(turn)])
+    made = turned([(-15.0, 0.0), *arc, *wall], 40, is_straight=True)
+    return made, Cylinder(np.array([eye[0], 0.0, eye[1]]), ALONG, EYE)
+
+
+@pytest.mark.parametrize("away", [1.0, -1.0], ids=["boss", "bore"])
+def test_the_round_between_a_plane_and_a_cylinder_along_it_comes_back(away):
+    # The shank of a rod runs into its eye: what was found of the round passed for a plane.
+    made, eye = shank_and_eye(away)
+    is_broken, is_middle = (made.face > 0) & (made.face < 7), np.isin(made.face, [3, 4])
+    label = np.select([is_middle, made.face < 4], [CRUMB, TOP], SIDE)
+    middle = made.evidence.graph.points[is_middle].mean(axis=0)
+    tilted = Plane(middle, np.array([-0.5, 0.0, np.sqrt(0.75)]))
+    fits = made.fits({TOP: Plane(np.zeros(3), UP), SIDE: eye, CRUMB: tilted}, label)
+    new, rounds = with_rounds(label, fits, made.evidence, OPTIONS)
+    ((name, fit),) = rounds.items()
+    assert (new[is_broken] == name).mean() > 0.8
+    assert (new == name)[~is_broken].mean() < 0.1
+    assert isinstance(fit.surface, Cylinder)
+    assert fit.surface.radius == pytest.approx(BALL, abs=0.4)
+    centre = (fit.surface.origin - eye.origin)[[0, 2]]  # it touches both
+    assert np.linalg.norm(centre) == pytest.approx(EYE + away * fit.surface.radius)
+    assert fit.surface.origin[2] == pytest.approx(fit.surface.radius)

@@ -61,8 +61,8 @@ def with_rounds(
 ) -> tuple[Labels, dict[int, RegionFit]]:
     """Labels with the rounds that the points along borders ask for, and their surfaces.
 
-    Rounds between planes are cylinders, rounds between faces about one axis are tori. Crumbs
-    that stand between the two faces give way if the round explains the points no worse, a face
+    Rounds between faces along one direction are cylinders, between faces about one axis tori.
+    Crumbs that stand between the two give way if the round explains the points no worse, a face
     less counted.
 
     Parameters
@@ -74,7 +74,7 @@ def with_rounds(
     balls: dict[int, _Ball] = {}
     known = ChainMap(rounds, dict(fits))
     for _ in range(_PASSES):  # what crumbs at a corner hold is known when both rounds are
-        for edge in stretches(label, known, rounds, evidence, options):
+        for edge in stretches(label, known, rounds, evidence, options, bent=True):
             found = _rolled(edge, label, known, options)
             if found is not None:
                 edge, ball, surface = found
@@ -152,7 +152,8 @@ def _rolled(
     explained = float((edge.known - rounded)[lost].sum())
     if gain < least or explained < _EXPLAINED * edge.known[lost].sum():
         return None
-    if _misfit_of_chamfer(edge, edge.points[lost]) < rounded.sum():
+    chamfered = _misfit_of_chamfer(edge, edge.points[lost]) + _CUT * options.face_cost
+    if chamfered < rounded.sum():
         return None
     if _is_chamfer(edge, radius, side, options):
         return None
@@ -175,6 +176,8 @@ def _is_chamfer(edge: Stretch, radius: float, side: float, options: RegionOption
 
     Of a small chamfer few points lie off both faces, too few for a line through these.
     """
+    if edge.outline is not None:
+        return False  # its setbacks are measured along flat faces
     cut = best_cut(edge)
     if cut is None or cut.side != side:
         return False
@@ -255,6 +258,5 @@ def ball_radius(surface: Surface) -> float:
 
 def _surface(edge: Stretch, faces: list[RegionFit], radius: float, side: float) -> Surface | None:
     """What the ball of a radius sweeps: its centre is as far from both faces."""
-    centre = edge.place(faces, np.full(2, side * radius))
-    place = edge.sweep.flattened(centre[None])[0]
-    return edge.sweep.surface(Circle(place, radius))
+    centre = edge.centre(faces, side * radius)
+    return None if centre is None else edge.sweep.surface(Circle(centre, radius))

@@ -13,14 +13,16 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.fit.swept import Revolution, Sweep, Translation
+from crispline.fit.swept import Sweep, Translation
 from crispline.net.graph import components
 from crispline.options import RegionOptions
-from crispline.region.claim import misfit
+from crispline.region.claim import MISFIT_CAP, misfit
 from crispline.region.evidence import Evidence
+from crispline.region.narrow.bent import Outline, is_bent, next_to, outline_of
+from crispline.region.narrow.motion import MIN_ANGLE, common_sweep
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
-from crispline.surface import Cone, Cylinder, Plane, Surface, Torus
+from crispline.surface import Cone, Cylinder, Plane, Torus
 from crispline.surface.base import Array
 
 Mask = NDArray[np.bool_]
@@ -33,10 +35,8 @@ _BESIDE = 0.5  # share of a crumb's border that is with the two faces
 _MAX_STRIP = 6.0  # patches; a plane or cone that is narrower, however long, may be of a round
 _LARGER = 2  # times the smallest crumb is large enough for a face beside it
 _FARTHER = 3.0  # times as far from the edge as the stretch goes, a crumb may be a piece of a round
-_MIN_ANGLE, _MAX_ANGLE = np.radians(25.0), np.radians(155.0)  # between the faces' normals
-_MAX_TILT = np.radians(3.0)  # of surfaces that count as being about one axis ...
+_MAX_ANGLE = np.radians(155.0)  # between the faces' normals
 _NEWTON_STEPS = 4
-_MAX_OFFSET = 0.5  # ... within so much, spacings
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ class Stretch:
     heights : above either face, outside positive, shape ``(2, n)``.
     width : of the widest crumb that is a strip all along, spacings, else 0.
     known : misfit of the points with the faces and rounds, shape ``(n,)``.
+    outline : of the two faces where one that is swept straight is round, else None.
     """
 
     faces: tuple[int, int]
@@ -68,6 +69,7 @@ class Stretch:
     heights: Array
     known: Array
     width: float
+    outline: Outline | None = None
 
     @property
     def reach(self) -> float:
@@ -110,6 +112,12 @@ class Stretch:
             found = found + np.linalg.lstsq(rows, heights - now, rcond=None)[0]
         return np.asarray(found)
 
+    def centre(self, faces: Sequence[RegionFit], height: float) -> Array | None:
+        """The place so high above both faces, seen along the sweep, shape ``(2,)``."""
+        if self.outline is not None:
+            return self.outline.centre(height)
+        return np.asarray(self.sweep.flattened(self.place(faces, np.full(2, height))[None])[0])
+
     def misfit_with_round(self, radius: float, side: float, *, only: bool = False) -> Array:
         """The misfit of the points with a ball that touches both faces, or with what is known.
 
@@ -119,21 +127,39 @@ class Stretch:
         Heights above two faces are affine coordinates across their edge. Beyond the
         lines where the ball touches, the faces themselves go on.
         """
+        seen = self._from_ball(radius, side)
+        if seen is None:
+            return np.full(len(self.points), MISFIT_CAP)
+        distance, on_arc = seen
+        of_ball = misfit(distance, self.noise)
+        least = of_ball if only else np.minimum(of_ball, self.known)
+        return np.where(on_arc, least, self.known)
+
+    def _from_ball(self, radius: float, side: float) -> tuple[Array, Mask] | None:
+        """Distances of the points from a ball, and which of them are on its arc."""
+        if self.outline is not None:
+            return self.outline.from_ball(self.sweep.flattened(self.points), side * radius)
         first, second = self.heights - side * radius
         sine2 = 1.0 - self.cosine**2
         squared = (first**2 + second**2 - 2.0 * self.cosine * first * second) / sine2
         along = -side * np.stack([first - self.cosine * second, second - self.cosine * first])
         on_arc = along.min(axis=0) > 0.0
-        distance = np.sqrt(np.maximum(squared, 0.0)) - radius
-        of_ball = misfit(distance, self.noise)
-        least = of_ball if only else np.minimum(of_ball, self.known)
-        return np.where(on_arc, least, self.known)
+        return np.sqrt(np.maximum(squared, 0.0)) - radius, on_arc
 
 
 def stretches(
-    label: Labels, fits: Fits, rounds: Fits, evidence: Evidence, options: RegionOptions
+    label: Labels,
+    fits: Fits,
+    rounds: Fits,
+    evidence: Evidence,
+    options: RegionOptions,
+    *,
+    bent: bool = False,
 ) -> Iterator[Stretch]:
-    """Every stretch of border of two larger faces that meet at an angle."""
+    """Every stretch of border of two larger faces that meet at an angle.
+
+    With ``bent`` also those of two faces along one direction of which one is round.
+    """
     graph = evidence.graph
     before, ends = label.copy(), np.sort(label[graph.pairs], axis=1)
     borders, lengths = np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0, return_counts=True)
@@ -161,7 +187,7 @@ def stretches(
         least = min(options.crumb_patches, _LARGER * int(size[crumbs].min(initial=len(label))))
         if min(size[a], size[b]) < least or {a, b} & set(rounds):
             continue
-        sweep = _sweep(fits[a], fits[b])
+        sweep = common_sweep(fits[a], fits[b], bent=bent)
         if sweep is None:
             continue
         along = np.isin(before, crumbs)
@@ -172,6 +198,8 @@ def stretches(
             near = graph.rings(own, AROUND)
             here = np.unique(label[near])
             field = near & np.isin(label, (a, b)) | np.isin(label, np.intersect1d(here, crumbs))
+            if is_bent(sweep, (fits[a], fits[b])):
+                field &= next_to(graph.points, own, sweep)
             kept = tuple(np.intersect1d(here, crumbs).tolist())
             others = np.setdiff1d(here, (a, b, *kept)).tolist()
             ending = tuple(name for name in others if name in rounds or _is_round(fits[name]))
@@ -188,40 +216,6 @@ def _is_round(fit: RegionFit) -> bool:
         case Cylinder(radius=radius) | Torus(minor_radius=radius):
             return fit.is_accepted and radius < AROUND
     return False
-
-
-def _sweep(first: RegionFit, second: RegionFit) -> Sweep | None:
-    """The motion that both surfaces are swept by; None if there is none."""
-    if not (first.is_accepted and second.is_accepted):
-        return None
-    for one, other in ((first.surface, second.surface), (second.surface, first.surface)):
-        if isinstance(one, Plane) and isinstance(other, Plane):
-            across = np.cross(one.normal, other.normal)
-            length = float(np.linalg.norm(across))
-            return Translation(across / length) if length > np.sin(_MIN_ANGLE) else None
-        axis = _axis(one)
-        if axis is not None and _is_about(other, axis):
-            return axis
-    return None
-
-
-def _axis(surface: Surface) -> Revolution | None:
-    match surface:
-        case Cylinder():
-            return Revolution(surface.origin, surface.axis)
-        case Cone():
-            return Revolution(surface.apex, surface.axis)
-    return None
-
-
-def _is_about(surface: Surface, axis: Revolution) -> bool:
-    """Whether a plane lies across an axis, or a cylinder or cone is about it."""
-    if isinstance(surface, Plane):
-        return bool(abs(surface.normal @ axis.axis) > np.cos(_MAX_TILT))
-    own = _axis(surface)
-    if own is None or abs(own.axis @ axis.axis) < np.cos(_MAX_TILT):
-        return False
-    return bool(np.linalg.norm(np.cross(own.origin - axis.origin, axis.axis)) < _MAX_OFFSET)
 
 
 def _stretch(
@@ -243,7 +237,13 @@ def _stretch(
     sides = [fits[face] for face in faces]
     normals = [side.surface.project(points)[1] * side.orientation for side in sides]
     cosine = float(np.median(np.einsum("ij,ij->i", *normals)))
-    if not np.cos(_MAX_ANGLE) < cosine < np.cos(_MIN_ANGLE):
+    outline = None
+    if is_bent(sweep, sides):
+        outline = outline_of(sweep, sides, points)
+        if outline is None:
+            return None
+        cosine = outline.cosine
+    if not np.cos(_MAX_ANGLE) < cosine < np.cos(MIN_ANGLE):
         return None
     heights = np.stack([s.surface.signed_distance(points) * s.orientation for s in sides])
     noise = np.maximum(evidence.noise[rows], options.swallowed_floor)
@@ -251,5 +251,17 @@ def _stretch(
     distance = np.stack([*heights, *(fits[r].surface.signed_distance(points) for r in rounds)])
     known = misfit(np.abs(distance).min(axis=0), noise)
     return Stretch(
-        faces, crumbs, rounds, field, sweep, cosine, points, noise, owner, heights, known, 0.0
+        faces=faces,
+        crumbs=crumbs,
+        rounds=rounds,
+        field=field,
+        sweep=sweep,
+        cosine=cosine,
+        points=points,
+        noise=noise,
+        owner=owner,
+        heights=heights,
+        known=known,
+        width=0.0,
+        outline=outline,
     )
