@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from broken_edge import EDGE, SIDE, TOP, arc, broken_edge
+from turned import turned
 
 from crispline.options import RegionOptions
 from crispline.region.narrow.bevels import with_bevels
@@ -74,6 +75,16 @@ def test_crumbs_that_lean_give_way(lean):
     assert setbacks_of(fit.surface) == pytest.approx((2.0, 2.0), abs=0.15)
     # Equal legs are what a cutter leaves: it leans by half a right angle, exactly.
     assert abs(fit.surface.normal[0]) == pytest.approx(np.sqrt(0.5), abs=1e-6)
+
+
+def test_a_chamfer_is_as_wide_as_the_crumb_in_its_place():
+    # Round the corner of a block the short piece of a wide chamfer passed for a cylinder.
+    made = turned([(3.0, 0.0), (EDGE - 7.0, 0.0), (EDGE, -7.0), (EDGE, -14.0)], 30)
+    label = np.choose(made.face, [TOP, FIRST, SIDE])
+    new, bevels = found(made, label, is_straight=False)
+    ((name, fit),) = bevels.items()
+    assert (new[label == FIRST] == name).all()
+    assert setbacks_of(fit.surface) == pytest.approx((7.0, 7.0), abs=0.1)
 
 
 @pytest.mark.parametrize("is_straight", [True, False], ids=["straight", "turned"])

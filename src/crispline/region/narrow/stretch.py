@@ -52,7 +52,7 @@ class Stretch:
     cosine : of the angle between the outward normals.
     points, noise, owner : of the points, and their regions, shape ``(n, 3)``, ``(n,)``, ``(n,)``.
     heights : above either face, outside positive, shape ``(2, n)``.
-    width : of the widest crumb that is a strip all along, spacings, else 0.
+    width : of the widest crumb, spacings; 0 without one.
     known : misfit of the points with the faces and rounds, shape ``(n,)``.
     outline : of the two faces where one that is swept straight is round, else None.
     """
@@ -205,8 +205,7 @@ def stretches(
             ending = tuple(name for name in others if name in rounds or _is_round(fits[name]))
             stretch = _stretch((a, b), kept, ending, field, sweep, label, fits, evidence, options)
             if stretch is not None:
-                strips = [k for k in kept if size[k] > options.max_pruned_patches]
-                widest = graph.edge_length * float(width[strips].max(initial=0.0))
+                widest = graph.edge_length * float(width[list(kept)].max(initial=0.0))
                 yield replace(stretch, width=widest)
 
 
