@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools
+from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
@@ -21,6 +23,16 @@ from crispline.surface.base import Array
 
 _AREA_ERROR = 1e-6
 """Relative, as OCCT estimates it; each further digit doubles the time on B-spline faces."""
+
+# One Gauss rule a span is exact there, and the adaptive rules of OCCT 8 raise an index error, or
+# never end, on some valid ones, so that good solids were lost.
+_ELEMENTARY = (
+    GeomAbs_SurfaceType.GeomAbs_Plane,
+    GeomAbs_SurfaceType.GeomAbs_Cylinder,
+    GeomAbs_SurfaceType.GeomAbs_Cone,
+    GeomAbs_SurfaceType.GeomAbs_Sphere,
+    GeomAbs_SurfaceType.GeomAbs_Torus,
+)
 
 
 @dataclass(frozen=True)
@@ -104,11 +116,18 @@ def volume(shape: object, error: float = 1e-9) -> float:
     Parameters
     ----------
     shape : any ``TopoDS_Shape``.
-    error : relative, that the integral over a face stops at; thousands of bicubic faces take
-        half a minute for nine digits.
+    error : relative, that integrals stop at where there are spline faces; thousands of bicubic
+        ones take half a minute for nine digits.
     """
+    if not all(_is_elementary(face) for face in occt.subshapes(shape, occt.FACE)):
+        try:
+            properties = GProp_GProps()
+            BRepGProp.VolumeProperties_s(shape, properties, error)
+            return float(properties.Mass())
+        except occt.FAILURES:
+            pass  # the rule below is good to four digits on splines
     properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties, error)
+    BRepGProp.VolumeProperties_s(shape, properties)
     return float(properties.Mass())
 
 
@@ -121,5 +140,12 @@ def diagonal(shape: object) -> float:
 
 def _area(face: object) -> float:
     properties = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, properties, _AREA_ERROR)
+    if _is_elementary(face):
+        BRepGProp.SurfaceProperties_s(face, properties)
+    else:
+        BRepGProp.SurfaceProperties_s(face, properties, _AREA_ERROR)
     return float(properties.Mass())
+
+
+def _is_elementary(face: object) -> bool:
+    return BRepAdaptor_Surface(face).GetType() in _ELEMENTARY
