@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from crispline.net.halfedge import half_edges
 from crispline.region import expand
 from crispline.region.claim import OUT_OF_REACH
+from crispline.region.patches import PatchGraph
 
 
 def energy(label, costs, pairs, border):
@@ -27,7 +28,9 @@ def random_costs(rng, m, n_labels, share_out_of_reach):
 
 
 def reach(costs, region, pairs):
-    return expand._Reach.of(costs[region] < OUT_OF_REACH, pairs)
+    nowhere = np.zeros((len(costs[region]), 3))
+    graph = PatchGraph(nowhere, nowhere, pairs, 1.0)
+    return expand._Reach.of(costs[region] < OUT_OF_REACH, graph)
 
 
 def even_weights(costs, pairs, border):

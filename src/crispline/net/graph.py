@@ -10,9 +10,8 @@ from scipy.sparse.csgraph import connected_components
 
 def components(adjacency: csr_array, members: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Connected component of each patch within ``members``; others are alone, shape ``(m,)``."""
-    links = adjacency.tocoo()
-    keep = members[links.row] & members[links.col]
-    graph = csr_array(
-        (np.ones(int(keep.sum())), (links.row[keep], links.col[keep])), shape=adjacency.shape
-    )
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    inside = np.flatnonzero(members)
+    n, piece = connected_components(adjacency[inside][:, inside], directed=False)
+    label = n + np.arange(len(members))
+    label[inside] = piece
+    return label

@@ -47,7 +47,6 @@ class Claim:
 
     def __init__(self, fit: RegionFit, evidence: Evidence, options: RegionOptions) -> None:
         self._fit, self._evidence, self._options = fit, evidence, options
-        self._first, self._second = evidence.graph.pairs.T
         # Zeros that nobody touches take no memory, and most of these stay untouched.
         self._patches = np.zeros(len(evidence.graph))
         self._sides = np.zeros(len(evidence.graph.pairs))
@@ -65,19 +64,21 @@ class Claim:
         cost[within] = self._patches[within]
         return cost
 
-    def border_costs(self, within: NDArray[np.bool_]) -> Array:
-        """The region's share of the cost of a border along each side, shape ``(e,)``.
+    def costs(self, patches: NDArray[np.int64], sides: NDArray[np.int64]) -> tuple[Array, Array]:
+        """Cost of patches and the region's share of the cost of a border along sides.
 
         Two regions can only meet where both their surfaces pass: a side costs more
         the farther it lies from either. So a border moves to where the surfaces
         intersect, and surfaces that do not meet make room for what is between them.
-        Sides of no patch of the mask ``within`` cost the cap.
+
+        Returns
+        -------
+        Shapes ``(m,)`` and ``(e,)``: of all, of which only those asked for up to now mean
+        anything, as copies for every region of a large net would take long.
         """
-        beside = within[self._first] | within[self._second]
-        self._evaluate_sides(np.flatnonzero(beside & ~self._has_side))
-        excess = np.full(self._sides.shape, self._options.border_miss_cap)
-        excess[beside] = self._sides[beside]
-        return self._options.border_cost * (0.5 + excess)
+        self._evaluate_patches(patches[~self._has_patch[patches]])
+        self._evaluate_sides(sides[~self._has_side[sides]])
+        return self._patches, self._sides
 
     def _evaluate_patches(self, patches: NDArray[np.int64]) -> None:
         if len(patches) == 0:
@@ -98,4 +99,5 @@ class Claim:
         middle = graph.points[graph.pairs[sides]].mean(axis=1)
         squared = (self._fit.surface.signed_distance(middle) / self._options.border_miss) ** 2
         self._has_side[sides] = True
-        self._sides[sides] = np.minimum(squared, self._options.border_miss_cap)
+        excess = np.minimum(squared, self._options.border_miss_cap)
+        self._sides[sides] = self._options.border_cost * (0.5 + excess)

@@ -29,11 +29,13 @@ def tidy(label: Labels, quads: HalfEdges, min_patches: int, held: Collection[int
 
 def pieces(label: Labels, quads: HalfEdges) -> Labels:
     """Connected pieces of equal label, numbered 0, 1, ..., shape ``(m,)``."""
-    inner = quads.twin >= 0
-    a, b = quads.quad[inner], quads.twin[inner] // 4
+    # One of each pair of half-edges will do; they stand row by row.
+    once = np.flatnonzero(quads.twin > np.arange(len(quads.twin)))
+    a, b = once // 4, quads.twin[once] // 4
     same = label[a] == label[b]
     m = len(label)
-    graph = csr_array((np.ones(int(same.sum())), (a[same], b[same])), shape=(m, m))
+    starts = np.concatenate([[0], np.cumsum(np.bincount(a[same], minlength=m))])
+    graph = csr_array((np.ones(int(same.sum())), b[same], starts), shape=(m, m))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 

@@ -60,9 +60,8 @@ def _expand_once(
     moves: dict[int, _Reach] = {}
     for region in np.unique(label[band]).tolist():
         within = claims[region].reach(label == region) & band
-        costs[region] = claims[region].patch_costs(within)
-        weights[region] = claims[region].border_costs(within)
-        moves[region] = _Reach.of(within, graph.pairs)
+        reach = moves[region] = _Reach.of(within, graph)
+        costs[region], weights[region] = claims[region].costs(reach.patches, reach.sides)
     settled: dict[int, Labels] = {}
     for _ in range(_SWEEPS):
         before = label.copy()
@@ -95,11 +94,13 @@ class _Reach:
     places: NDArray[np.int64]
 
     @classmethod
-    def of(cls, within: NDArray[np.bool_], pairs: NDArray[np.int64]) -> _Reach:
-        sides = np.flatnonzero(within[pairs[:, 0]] | within[pairs[:, 1]])
-        ends = pairs[sides].T
-        places = np.where(within, np.cumsum(within) - 1, -1)[ends]
-        return cls(np.flatnonzero(within), sides, ends, places)
+    def of(cls, within: NDArray[np.bool_], graph: PatchGraph) -> _Reach:
+        patches = np.flatnonzero(within)
+        sides = graph.sides_of(patches)
+        ends = graph.pairs[sides].T
+        place = np.full(len(within), -1)
+        place[patches] = np.arange(len(patches))
+        return cls(patches, sides, ends, place[ends])
 
 
 def _expansion(

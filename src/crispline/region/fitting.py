@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -46,8 +47,8 @@ class LabelledCloud:
 
     def sigma(self, *regions: int) -> float:
         """Noise of the points of some regions, by their median; of all if they have none."""
-        members = np.isin(self.region, regions)
-        return float(np.median(self.noise[members] if members.any() else self.noise))
+        members = np.concatenate([self._members(region) for region in regions])
+        return float(np.median(self.noise[members] if len(members) else self.noise))
 
     def samples(self, region: int, options: FitOptions) -> tuple[Array, Array, Array]:
         """Points, normals and clearances that may enter the fit of a region.
@@ -56,12 +57,23 @@ class LabelledCloud:
         as enough others remain: near an edge, noise takes points to the wrong side.
         A narrow region, most of which lies that near, gives the half farthest in.
         """
-        members = np.flatnonzero(self.region == region)
+        members = self._members(region)
         clear = members[self.clearance[members] > options.border_margin]
         if len(clear) < max(_MIN_POINTS, _CLEAR_SHARE * len(members)):
             order = np.argsort(-self.clearance[members], kind="stable")
             clear = np.sort(members[order[: max(_MIN_POINTS, len(members) // 2)]])
         return self.points[clear], self.normals[clear], self.clearance[clear]
+
+    def _members(self, region: int) -> Labels:
+        """The points of a region, ascending."""
+        first, end = np.searchsorted(self._grouped[1], [region, region + 1])
+        return self._grouped[0][first:end]
+
+    @cached_property
+    def _grouped(self) -> tuple[Labels, Labels]:
+        """The points in the order of their regions, and these."""
+        order = np.argsort(self.region, kind="stable")
+        return order, self.region[order]
 
 
 def label_cloud(

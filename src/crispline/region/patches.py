@@ -51,7 +51,32 @@ class PatchGraph:
         grown = members.copy()
         front = np.flatnonzero(members)
         for _ in range(n):
-            beside = self.adjacency[front].indices
+            beside = self._beside[front].ravel()
             front = np.unique(beside[~grown[beside]])
             grown[front] = True
         return grown
+
+    def sides_of(self, patches: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Rows of ``pairs`` with at least one of the patches, ascending, shape ``(k,)``."""
+        touched = np.zeros(len(self.pairs) + 1, dtype=bool)
+        touched[self._sides[patches]] = True
+        return np.flatnonzero(touched[:-1])
+
+    @cached_property
+    def _beside(self) -> NDArray[np.int64]:
+        """Patches that share a side with each, filled up with itself, shape ``(m, most)``."""
+        own = np.arange(len(self))
+        ends = np.append(self.pairs, np.zeros((1, 2), dtype=np.int64), axis=0)[self._sides]
+        other = np.where(ends[..., 0] == own[:, None], ends[..., 1], ends[..., 0])
+        return np.where(self._sides == len(self.pairs), own[:, None], other)
+
+    @cached_property
+    def _sides(self) -> NDArray[np.int64]:
+        """Rows of ``pairs`` with each patch, filled up with their number, shape ``(m, most)``."""
+        n_sides = len(self.pairs)
+        order = np.argsort(self.pairs.T.ravel(), kind="stable")
+        count = np.bincount(self.pairs.ravel(), minlength=len(self))
+        column = np.arange(int(count.max(initial=0)))
+        place = (np.cumsum(count) - count)[:, None] + column
+        row = np.append(order % max(n_sides, 1), n_sides)
+        return np.where(column < count[:, None], row[np.minimum(place, 2 * n_sides)], n_sides)

@@ -44,16 +44,17 @@ def prune_regions(
             continue
         if candidates is not None and region not in candidates:
             continue
-        beside = label[graph.pairs[np.isin(graph.pairs, members).any(axis=1)].ravel()]
+        beside = label[graph.pairs[graph.sides_of(members)].ravel()]
         neighbours = np.setdiff1d(beside, [region])
         if len(neighbours) == 0:
             continue
         n_border = int((beside.reshape(-1, 2)[:, 0] != beside.reshape(-1, 2)[:, 1]).sum())
         inside = label == region
         own = claims[region].patch_costs(inside)
+        near = graph.rings(inside, options.expansion_rings)
         others = np.stack(
             [
-                claims[other].patch_costs(inside & claims[other].reach(label == other))
+                claims[other].patch_costs(inside & claims[other].reach(near & (label == other)))
                 for other in neighbours.tolist()
             ]
         )[:, members]

@@ -12,6 +12,7 @@ from crispline.fit.residual import rms
 from crispline.fit.swept import Line, Revolution, fit_line
 from crispline.fit.verdict import is_pure_noise
 from crispline.options import RegionOptions
+from crispline.region.borders import Borders
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
@@ -62,9 +63,8 @@ def coaxial_sites(
         if not _is_explained(fit, float(np.median(evidence.patch_noise[label == name])), options)
     }
     large = set(np.flatnonzero(size > options.max_pruned_patches).tolist())
-    ends = np.sort(label[graph.pairs], axis=1)
-    ends = ends[ends[:, 0] != ends[:, 1]]
-    borders, sides = np.unique(ends, axis=0, return_counts=True)
+    known = Borders.of(label, graph)
+    borders, sides = known.regions, known.lengths
     for sweep in axes(fits, size, options):
         about = {
             name: line
@@ -89,8 +89,8 @@ def coaxial_sites(
         for (a, b), n_sides in zip(borders.tolist(), sides.tolist(), strict=True):
             if a not in about or b not in about or min(size[a], size[b]) < options.crumb_patches:
                 continue
-            touching = (np.sort(label[graph.pairs], axis=1) == (a, b)).all(axis=1)
-            radius = np.median(sweep.flattened(graph.points[graph.pairs[touching, 0]])[:, 0])
+            touching = graph.pairs[known.sides(a, b), 0]
+            radius = np.median(sweep.flattened(graph.points[touching])[:, 0])
             if n_sides > _ROUND * 2.0 * np.pi * radius:
                 yield Site(sweep, a, b, None, (about[a], about[b]))
 

@@ -19,6 +19,7 @@ from crispline.fit.swept import Translation, fit_line
 from crispline.fit.verdict import is_pure_noise
 from crispline.net.graph import components
 from crispline.options import RegionOptions
+from crispline.region.borders import Borders
 from crispline.region.claim import Claim
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
@@ -100,15 +101,15 @@ def _shared(
 ) -> Iterator[tuple[Mask, tuple[int, int], tuple[Plane, Plane]]]:
     """Patches of the two sides of a plate that face along it, where the two share a border."""
     graph = evidence.graph
-    ends = np.sort(label[graph.pairs], axis=1)
-    for first, second in np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0).tolist():
+    borders = Borders.of(label, graph)
+    for first, second in borders.regions.tolist():
         if first not in fits or second not in fits:
             continue  # a wall that has just been cut
         sides = _plate(fits[first], fits[second])
         if sides is None:
             continue
         touching = np.zeros(len(label), dtype=bool)
-        touching[graph.pairs[(ends == (first, second)).all(axis=1)].ravel()] = True
+        touching[graph.pairs[borders.sides(first, second)].ravel()] = True
         near = graph.rings(touching, _AROUND) & np.isin(label, (first, second))
         near &= np.abs(graph.normals @ sides[0].normal) < _ALONG
         piece = components(graph.adjacency, near)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from crispline.fit.swept import Translation
 from crispline.options import RegionOptions
+from crispline.region.borders import Borders
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface import Cylinder, Plane
@@ -52,9 +53,8 @@ def low_steps(
     options: RegionOptions,
 ) -> Iterator[LowStep]:
     """Every plane and face of different height with a border, or crumbs that lean between."""
-    ends = np.sort(label[graph.pairs], axis=1)
-    is_border = ends[:, 0] != ends[:, 1]
-    borders, lengths = np.unique(ends[is_border], axis=0, return_counts=True)
+    known = Borders.of(label, graph)
+    borders, lengths = known.regions, known.lengths
     size = np.bincount(label)
     n_sides = dict(zip(map(tuple, borders.tolist()), lengths.tolist(), strict=True))
     between = _crumbs_between(size, borders, lengths, options)
@@ -63,7 +63,7 @@ def low_steps(
         is_long = n_sides.get((a, b), 0) >= options.step_sides
         if not (is_long or crumbs) or min(size[a], size[b]) < options.crumb_patches:
             continue
-        touching = graph.pairs[(ends == (a, b)).all(axis=1)]
+        touching = graph.pairs[known.sides(a, b)]
         places = graph.points[touching].mean(axis=1)
         if not is_long:
             places = graph.points[np.isin(label, crumbs)]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from crispline.fit.swept import Sweep, Translation
 from crispline.net.graph import components
 from crispline.options import RegionOptions
+from crispline.region.borders import Borders
 from crispline.region.claim import MISFIT_CAP, misfit
 from crispline.region.evidence import Evidence
 from crispline.region.narrow.bent import Outline, is_bent, next_to, outline_of
@@ -161,8 +162,8 @@ def stretches(
     With ``bent`` also those of two faces along one direction of which one is round.
     """
     graph = evidence.graph
-    before, ends = label.copy(), np.sort(label[graph.pairs], axis=1)
-    borders, lengths = np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0, return_counts=True)
+    before, known = label.copy(), Borders.of(label, graph)
+    borders, lengths = known.regions, known.lengths
     size = np.bincount(before)
     is_crumb = size <= options.max_pruned_patches
     sides_of = np.bincount(borders.ravel(), np.repeat(lengths, 2), len(size))
@@ -191,7 +192,7 @@ def stretches(
         if sweep is None:
             continue
         along = np.isin(before, crumbs)
-        along[graph.pairs[(ends == (a, b)).all(axis=1)].ravel()] = True
+        along[graph.pairs[known.sides(a, b)].ravel()] = True
         piece = components(graph.adjacency, graph.rings(along, 1))
         for part in np.unique(piece[along]).tolist():
             own = along & (piece == part)

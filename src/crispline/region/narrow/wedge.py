@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from crispline.net.halfedge import HalfEdges
 from crispline.options import RegionOptions
+from crispline.region.borders import Borders
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 
@@ -77,15 +78,14 @@ def _borders(
 ) -> Iterator[tuple[tuple[int, int], int, NDArray[np.int64]]]:
     """Two faces, a wall that touches both, and the sides of their border along it."""
     size = np.bincount(label)
-    ends = np.sort(label[graph.pairs], axis=1)
-    is_border = ends[:, 0] != ends[:, 1]
-    pairs = np.unique(ends[is_border], axis=0)
+    borders = Borders.of(label, graph)
+    pairs = borders.regions
     for a, b in pairs.tolist():
         if min(size[a], size[b]) < options.crumb_patches:
             continue
         if not (fits[a].is_accepted and fits[b].is_accepted):
             continue
-        sides = np.flatnonzero((ends == (a, b)).all(axis=1))
+        sides = borders.sides(a, b)
         places = graph.points[graph.pairs[sides]].mean(axis=1)
         (first, up), (second, also) = (fits[name].surface.project(places) for name in (a, b))
         alike = fits[a].orientation * fits[b].orientation * np.einsum("ij,ij->i", up, also)
