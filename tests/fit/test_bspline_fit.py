@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from crispline.fit import bspline
 from crispline.fit.bspline import PassThrough, fit_bspline_surface, is_height_field
 from crispline.fit.spline_system import (
     bending_energy,
@@ -112,6 +113,21 @@ def test_parameters_stay_within_given_limits():
     assert coarser.n_parameters < n
     finer = fit_bspline_surface(points, normals, 0.05, OPTIONS, within=(n + 1, np.inf))
     assert finer.n_parameters > n
+
+
+def test_parameters_are_corrected_to_the_end_where_that_is_promising_only(monkeypatch):
+    points, normals, _ = patch(900, 0.05)
+    asked = []
+
+    def says(answer):
+        return lambda surface: asked.append(surface) or answer
+
+    known = fit_bspline_surface(points, normals, 0.05, OPTIONS)
+    same = fit_bspline_surface(points, normals, 0.05, OPTIONS, is_promising=says(True))
+    np.testing.assert_array_equal(same.control_points, known.control_points)
+    monkeypatch.setattr(bspline, "_POLISH_CORRECTIONS", None)  # nobody gets that far
+    assert fit_bspline_surface(points, normals, 0.05, OPTIONS, is_promising=says(False)) is None
+    assert len(asked) == 2
 
 
 def test_a_rim_of_foreign_points_is_left_out():

@@ -6,9 +6,10 @@ import pytest
 from crispline.fit.choose import choose_surface
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.fitting import LabelledCloud
-from crispline.region.merge import merge_regions
+from crispline.region.merge import chi_square, merge_regions
 from crispline.region.patches import PatchGraph
 from crispline.region.regionfit import RegionFit
+from crispline.surface import Plane
 
 SIGMA = 0.15
 
@@ -120,3 +121,18 @@ def test_what_was_refused_is_tried_again_only_when_it_has_changed(share, n_faces
     sizes = tuple(int(share * n) for n in np.bincount(scene[1]))
     label = merged(scene, ("cylinder",), refused={(0, 1): sizes})
     assert len(np.unique(label)) == n_faces
+
+
+def test_very_many_points_are_told_by_an_even_sample(monkeypatch):
+    heights = np.random.default_rng(0).normal(0.0, SIGMA, 90_000)
+    points = np.column_stack([np.arange(90_000.0), np.zeros(90_000), heights])
+    plane = Plane(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    seen = []
+    known = Plane.signed_distance
+    monkeypatch.setattr(
+        Plane, "signed_distance", lambda self, where: seen.append(len(where)) or known(self, where)
+    )
+    found = chi_square([(plane, points), (plane, points[:500])], SIGMA)
+    assert sum(seen) < 20_000
+    capped = np.minimum(np.square(np.append(heights, heights[:500]) / SIGMA), 16.0)
+    assert abs(found / capped.sum() - 1.0) < 0.05

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crispline.fit.residual import (
-    N_NEIGHBOURS,
     clipped,
-    local_means,
+    means_over,
+    neighbourhoods,
     residual_limit,
     rms,
     rms_limit,
@@ -122,6 +122,7 @@ def fit_bspline_surface(
     constraints: PassThrough | None = None,
     border_distance: Array | None = None,
     within: tuple[float, float] | None = None,
+    is_promising: Callable[[BSplineSurface], bool] | None = None,
 ) -> BSplineSurface | None:
     """The coarsest bicubic B-spline that leaves nothing but noise.
 
@@ -137,11 +138,14 @@ def fit_bspline_surface(
         takes in the rim where it agrees; the rim holds a neighbour's points.
     within : fewest and most coordinates of control points; coarser and finer surfaces are
         not tried, and one that leaves structure well inside is not fitted to the rim.
+    is_promising : asked of the surface whose parameters are nearly right; the others are not
+        corrected to the end, which takes as long as all before.
 
     Returns
     -------
     The surface, with ``S_u x S_v`` on the normals' side; the one of least drift
-    if none passes the test. None if the region is no height field: split it.
+    if none passes the test. None if the region is no height field: split it. None also if the
+    surface is not promising.
     """
     if len(points) < 4 or not is_height_field(normals):
         return None
@@ -150,24 +154,31 @@ def fit_bspline_surface(
     sizes = (0.0, np.inf) if within is None else (within[0] / 3.0, within[1] / 3.0)
     best, passes = _coarsest(_using(data, core), sigma, options, N_SPANS, sizes)
     if core.all() or border_distance is None or (within is not None and not passes):
-        return _polished(best, sigma)
+        return _polished(best, sigma, is_promising)
     for distance in _RIM_DISTANCES:
         limit = residual_limit(sigma, options) + _RIM_SLACK
         agrees = np.abs(_residuals(best.surface, best.data)[: data.n_free]) < limit
         used = best.data.is_used[: data.n_free] | ((border_distance >= distance) & agrees)
         finer = tuple(n for n in N_SPANS if n >= best.n_spans)
         best, _ = _coarsest(_using(best.data, used), sigma, options, finer, sizes)
-    return _polished(best, sigma)
+    return _polished(best, sigma, is_promising)
 
 
 def structure(points: Array, residuals: Array, sigma: float, options: FitOptions) -> Structure:
     """What residuals ``(n,)`` at points ``(n, 3)`` leave to be explained by a finer spline."""
-    averaged = sigma / np.sqrt(min(N_NEIGHBOURS, max(len(points), 1)))
+    return structure_over(neighbourhoods(points), residuals, sigma, options)
+
+
+def structure_over(
+    neighbours: NDArray[np.int64], residuals: Array, sigma: float, options: FitOptions
+) -> Structure:
+    """The same where the :func:`neighbourhoods` of the points are known, trial after trial."""
+    averaged = sigma / np.sqrt(max(neighbours.shape[1], 1))
     limit, worst_limit = (
         a * averaged + b * options.tolerance for a, b in (_MEAN_LIMIT, _WORST_LIMIT)
     )
     within = clipped(residuals, sigma, options)
-    means = np.abs(local_means(points, within))
+    means = np.abs(means_over(neighbours, within))
     drift = rms(means)
     is_noise = bool(
         drift < limit
@@ -215,11 +226,12 @@ def _coarsest(
     Returns the trial of least drift, and whether its residuals are noise.
     """
     free = data.is_used[: data.n_free]
-    points = data.points[: data.n_free][free]
+    neighbours = neighbourhoods(data.points[: data.n_free][free])
     trials: list[_Trial] = []
     for n, knots in _knot_choices(data, n_spans, sizes):
         surface, data = _fit_on_knots(data, knots, sigma, _TRIAL_CORRECTIONS)
-        left = structure(points, _residuals(surface, data)[: data.n_free][free], sigma, options)
+        remaining = _residuals(surface, data)[: data.n_free][free]
+        left = structure_over(neighbours, remaining, sigma, options)
         trials.append(_Trial(left.drift, n, knots, surface, data))
         if left.is_noise:
             return trials[-1], True
@@ -229,8 +241,12 @@ def _coarsest(
     return best, False
 
 
-def _polished(trial: _Trial, sigma: float) -> BSplineSurface:
-    """The surface of a trial with its parameters corrected to the end."""
+def _polished(
+    trial: _Trial, sigma: float, is_promising: Callable[[BSplineSurface], bool] | None
+) -> BSplineSurface | None:
+    """The surface of a trial with its parameters corrected to the end; None if not promising."""
+    if is_promising is not None and not is_promising(trial.surface):
+        return None
     return _fit_on_knots(trial.data, trial.knots, sigma, _POLISH_CORRECTIONS)[0]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from crispline.fit.robust import thinned
@@ -57,13 +58,22 @@ def drift(points: Array, residuals: Array) -> float:
 
 def local_means(points: Array, residuals: Array) -> Array:
     """Averages of the residuals over 30 neighbours, at up to 1000 points chosen reproducibly."""
+    return means_over(neighbourhoods(points), residuals)
+
+
+def neighbourhoods(points: Array) -> NDArray[np.int64]:
+    """The 30 nearest of points ``(n, 3)`` to each of up to 1000, a row each."""
     if not len(points):
-        return np.zeros(0)
+        return np.zeros((0, 1), dtype=np.int64)
     n_neighbours = min(N_NEIGHBOURS, len(points))
     probes = points[thinned(len(points), _N_PROBES)]
     _, neighbours = cKDTree(points).query(probes, n_neighbours)
-    means = residuals[neighbours.reshape(len(probes), -1)].mean(axis=1)
-    return np.asarray(means)
+    return np.asarray(neighbours, dtype=np.int64).reshape(len(probes), -1)
+
+
+def means_over(neighbours: NDArray[np.int64], residuals: Array) -> Array:
+    """Averages of the residuals over known :func:`neighbourhoods`."""
+    return np.asarray(residuals[neighbours].mean(axis=1)) if len(neighbours) else np.zeros(0)
 
 
 def rms_limit(sigma: float, options: FitOptions) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,10 +22,13 @@ from crispline.surface import FREE_FORMS, BSplineSurface, Cylinder, Surface
 from crispline.surface.base import Array
 
 Pair = tuple[int, int]
+Samples = tuple[Array, Array, Array]
 
 _CHANGED = 0.05  # share of its patches by which a region must change to be tried again
 MIN_BORDER = 3  # sides; regions that touch less are not neighbours
 _CHI_SQUARE_CAP = 16.0
+_MOST_POINTS = 10_000  # whose residuals are summed: what two surfaces differ by at so many tells
+_HOPELESS = 1.25  # times what noise explains: the last corrections of a spline win far less
 _NOISE_SHARE = 0.02  # fits differ by this much per point for reasons that are no faces
 _COMPARABLE = 0.2  # share of the larger piece's points that the smaller must have
 _FINER = 1.7  # control points of a B-spline over its own before it took a neighbour; steps are 1.5
@@ -109,7 +113,7 @@ def gentle_borders(
 
 
 def _is_one_plane(
-    parts: list[tuple[Array, Array, Array]],
+    parts: list[Samples],
     fits: list[RegionFit],
     sigma: float,
     options: FitOptions,
@@ -123,12 +127,13 @@ def _is_one_plane(
     if all(is_pure_noise(rms(fit.residuals), max(len(fit.residuals), 1), sigma) for fit in fits):
         return False
     points, normals, clearance = (np.concatenate(both) for both in zip(*parts, strict=True))
-    plane = dominant_plane(points, normals, clearance, sigma)
+    kept = thinned(len(points), _MOST_POINTS)
+    plane = dominant_plane(points[kept], normals[kept], clearance[kept], sigma)
     return plane is not None and all(dominates(plane, *part, sigma) for part in parts)
 
 
 def _is_one_surface(
-    parts: list[tuple[Array, Array, Array]],
+    parts: list[Samples],
     fits: list[RegionFit],
     is_smooth: bool,
     sigma: float,
@@ -156,7 +161,7 @@ def _joint_kinds(fits: list[RegionFit]) -> tuple[str, ...]:
 
 
 def _is_one_free_form(
-    parts: list[tuple[Array, Array, Array]],
+    parts: list[Samples],
     fits: list[RegionFit],
     sigma: float,
     options: FitOptions,
@@ -185,6 +190,12 @@ def _is_one_free_form(
     needed = max(splines, default=0)
     finest = _FINER * needed if splines else np.inf
     kept = thinned(len(points), 2 * options.max_points)
+    lenient = replace(
+        options,
+        accept_rms=_HOPELESS * options.accept_rms,
+        accept_drift=_HOPELESS * options.accept_drift,
+        tolerance=_HOPELESS * options.tolerance,
+    )
     free = fit_bspline_surface(
         points[kept],
         normals[kept],
@@ -192,10 +203,21 @@ def _is_one_free_form(
         options,
         border_distance=clearance[kept],
         within=(needed / _FINER, finest),
+        is_promising=lambda surface: _explains_all(surface, parts, sigma, lenient),
     )
     if free is None or free.n_parameters > finest:
         return False
-    return all(explains(free, points, normals, sigma, options) for points, normals, _ in parts)
+    return _explains_all(free, parts, sigma, options)
+
+
+def _explains_all(
+    surface: Surface, parts: list[Samples], sigma: float, options: FitOptions
+) -> bool:
+    """Whether a surface explains every part; the smallest, which costs least, is asked first."""
+    return all(
+        explains(surface, points, normals, sigma, options)
+        for points, normals, _ in sorted(parts, key=lambda part: len(part[0]))
+    )
 
 
 def _is_sweep(fits: list[RegionFit], sigma: float) -> bool:
@@ -233,7 +255,13 @@ def _is_shallow(fit: RegionFit, options: FitOptions) -> bool:
 
 
 def chi_square(explained: list[tuple[Surface, Array]], sigma: float) -> float:
-    """Sum of squared residuals over sigma squared, each capped so that outliers do not decide."""
-    residuals = [surface.signed_distance(points) for surface, points in explained]
-    squared = np.square(np.concatenate(residuals) / sigma)
-    return float(np.minimum(squared, _CHI_SQUARE_CAP).sum())
+    """Sum of squared residuals over sigma squared, each capped so that outliers do not decide.
+
+    Very many points are told by an even sample of them; of the same points it is the same one.
+    """
+    total = 0.0
+    for surface, points in explained:
+        few = points[thinned(len(points), _MOST_POINTS)]
+        squared = np.minimum(np.square(surface.signed_distance(few) / sigma), _CHI_SQUARE_CAP)
+        total += len(points) / max(len(few), 1) * float(squared.sum())
+    return total

@@ -19,7 +19,7 @@ from crispline.fit.robust import thinned
 from crispline.fit.verdict import explains
 from crispline.options import FitOptions, RegionOptions
 from crispline.region.fitting import LabelledCloud, fitted_region
-from crispline.region.merge import MIN_BORDER, chi_square, gentle_borders
+from crispline.region.merge import MIN_BORDER, Samples, chi_square, gentle_borders
 from crispline.region.patches import Labels, PatchGraph
 from crispline.region.regionfit import RegionFit
 from crispline.surface import ExtrudedSurface, RevolvedSurface, Surface
@@ -30,7 +30,6 @@ _MAX_ROUNDS = 8
 _ABOUT_AXIS = {"cylinder": 4, "cone": 4, "sphere": 2, "torus": 4, "revolution": 4}
 
 Pair = tuple[int, int]
-Samples = tuple[Array, Array, Array]
 
 
 class SweptFit(Protocol):
@@ -226,7 +225,7 @@ def _joint(
         # Where there is a swept spline already, another takes no place from primitives.
         is_known = any(isinstance(fit.surface, sweep.result) for fit in fits)
         slack = 0.0 if is_known else _NOISE_SHARE * n
-        together = chi_square([(surface, points)], sigma)
+        together = chi_square([(surface, part) for part, _, _ in parts], sigma)
         if together + slack > apart + 2.0 * spared * float(np.log(n)):
             continue
         if all(explains(surface, part, facing, sigma, options) for part, facing, _ in parts):
