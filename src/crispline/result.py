@@ -175,7 +175,7 @@ class Reconstruction:
         """
         shape = self._shape()
         if self.certificate is not None:
-            return self.certificate.deviations(shape, points)
+            return self.certificate.deviations(points)
         return deviations(shape, points, self.spacing)
 
     def to_mesh(self, tolerance: float | None = None) -> Trimesh:

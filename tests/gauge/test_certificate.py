@@ -3,9 +3,9 @@
 import numpy as np
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 
-from crispline.gauge import certificate
+from crispline.gauge import distance
 from crispline.gauge.certificate import certify
-from crispline.gauge.distance import deviations
+from crispline.gauge.distance import Gauge, deviations
 
 SPACING = 0.1
 
@@ -18,19 +18,24 @@ def test_only_points_that_are_new_are_measured(monkeypatch):
     new = rng.uniform(-0.5, 2.5, (40, 3))
     asked = []
 
-    def counted(shape, points, spacing):
-        asked.append(len(points))
-        return deviations(shape, points, spacing)
+    measured = Gauge.deviations
 
-    monkeypatch.setattr(certificate, "deviations", counted)
+    def counted(gauge, points):
+        asked.append(len(points))
+        return measured(gauge, points)
+
+    monkeypatch.setattr(Gauge, "deviations", counted)
+    monkeypatch.setattr(distance, "_target", None)  # nor is the shape made ready again
     mixed = rng.permutation(np.concatenate([cloud + 1e-9, new, cloud[:30]]))
-    found = made.deviations(box, mixed)
+    found = made.deviations(mixed)
     assert asked == [40]
+    monkeypatch.undo()
     expected = deviations(box, mixed, SPACING)
     np.testing.assert_allclose(found.distance, expected.distance, atol=1e-8)
     np.testing.assert_allclose(found.foot, expected.foot, atol=1e-8)
     np.testing.assert_array_equal(found.face, expected.face)
-    made.deviations(box, cloud)
+    monkeypatch.setattr(Gauge, "deviations", counted)
+    made.deviations(cloud)
     assert asked == [40]
 
 

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from crispline import occt
 from crispline.cadfile.step import open_step, step_bytes
 from crispline.cloud.nearest import nearest
-from crispline.gauge.distance import Deviations, deviations
+from crispline.gauge.distance import Deviations, Gauge
 from crispline.occt.measure import Tessellation
 from crispline.surface.base import Array
 
@@ -56,6 +56,7 @@ class Certificate:
     whole : of all points.
     faces : of the points nearest to each face, in exploration order.
     points, found : the points that were measured, shape ``(n, 3)``, and where each lies.
+    gauge : what they were measured with.
     """
 
     noise: float
@@ -64,13 +65,13 @@ class Certificate:
     faces: tuple[Residuals, ...]
     points: Array = field(compare=False, repr=False)
     found: Deviations = field(compare=False, repr=False)
+    gauge: Gauge = field(compare=False, repr=False)
 
-    def deviations(self, shape: Any, points: Array) -> Deviations:
+    def deviations(self, points: Array) -> Deviations:
         """Where points lie; those that were measured already are not measured again.
 
         Parameters
         ----------
-        shape : the one that was certified, for all other points.
         points : shape ``(n, 3)``, for example the cloud with its outliers.
         """
         away, row = nearest(cKDTree(self.points), points, 1)
@@ -79,7 +80,7 @@ class Certificate:
         same = row[:, 0]
         distance, face, foot = known.distance[same], known.face[same], known.foot[same]
         if len(other):
-            rest = deviations(shape, points[other], self.spacing)
+            rest = self.gauge.deviations(points[other])
             distance[other], face[other], foot[other] = rest.distance, rest.face, rest.foot
         return Deviations(distance, face, foot)
 
@@ -109,7 +110,8 @@ def certify(
         The shape has no face.
     """
     n_faces = len(occt.subshapes(shape, occt.FACE))
-    found = deviations(_as_written(shape, n_faces), points, spacing, mesh)
+    gauge = Gauge.of(_as_written(shape, n_faces), spacing, mesh)
+    found = gauge.deviations(points)
     return Certificate(
         noise,
         spacing,
@@ -117,6 +119,7 @@ def certify(
         face_residuals(found, n_faces, N_SIGMAS * noise),
         points,
         found,
+        gauge,
     )
 
 

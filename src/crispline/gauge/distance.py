@@ -84,18 +84,35 @@ def deviations(
     InputError
         The shape has no face with an area, or a surface that is none of OCCT's usual kinds.
     """
-    if spacing < _SMALL:
+    return Gauge.of(shape, spacing, mesh).deviations(points)
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """A shape made ready for points, which may take as long as measuring them."""
+
+    _target: _Target
+    _unit: float
+
+    @classmethod
+    def of(cls, shape: Any, spacing: float, mesh: Tessellation | None = None) -> Gauge:
+        """Of a shape, see :func:`deviations`."""
+        if spacing >= _SMALL:
+            return cls(_target(shape, spacing, mesh), 1.0)
         larger = Similarity(1.0 / spacing, np.eye(3), np.zeros(3))
         mesh = mesh and replace(mesh, vertices=larger.points(mesh.vertices))
-        found = deviations(occt.transform(shape, larger), larger.points(points), 1.0, mesh)
-        return Deviations(spacing * found.distance, found.face, spacing * found.foot)
-    target, points = _target(shape, spacing, mesh), np.asarray(points, float).reshape(-1, 3)
-    parts = [target.measured(points[i : i + _CHUNK]) for i in range(0, max(len(points), 1), _CHUNK)]
-    return Deviations(
-        np.concatenate([part.distance for part in parts]),
-        np.concatenate([part.face for part in parts]),
-        np.concatenate([part.foot for part in parts]),
-    )
+        return cls(_target(occt.transform(shape, larger), 1.0, mesh), spacing)
+
+    def deviations(self, points: Array) -> Deviations:
+        """Of points ``(n, 3)``."""
+        points = np.asarray(points, float).reshape(-1, 3) / self._unit
+        starts = range(0, max(len(points), 1), _CHUNK)
+        parts = [self._target.measured(points[i : i + _CHUNK]) for i in starts]
+        return Deviations(
+            self._unit * np.concatenate([part.distance for part in parts]),
+            np.concatenate([part.face for part in parts]),
+            self._unit * np.concatenate([part.foot for part in parts]),
+        )
 
 
 @dataclass(frozen=True)
