@@ -64,6 +64,28 @@ def test_turning_the_normals_over_turns_the_indicator_over():
     np.testing.assert_allclose(other.values, -one.values, atol=1e-5)
 
 
+def test_the_indicators_of_two_parts_add_up_on_the_grid_of_the_whole():
+    points, normals, areas = ball(5.0)
+    is_upper = points[:, :1] > 2.0
+    whole = poisson_indicator(points, normals, areas)
+    parts = [poisson_indicator(points, part * normals, areas) for part in (is_upper, ~is_upper)]
+    np.testing.assert_array_equal(parts[0].origin, whole.origin)
+    np.testing.assert_allclose(parts[0].values + parts[1].values, whole.values, atol=1e-5)
+
+
+def test_points_without_a_normal_cost_nothing(monkeypatch):
+    points, normals, areas = ball(5.0)
+    spread = []
+    known = poisson._trilinear
+    monkeypatch.setattr(
+        poisson,
+        "_trilinear",
+        lambda corner, *rest: spread.append(len(corner)) or known(corner, *rest),
+    )
+    poisson_indicator(points, (np.arange(len(points)) < 7)[:, None] * normals, areas)
+    assert spread == [7]
+
+
 def test_threads_do_not_change_it():
     points, normals, areas = ball(5.0)
     one = poisson_indicator(points, normals, areas, threads=1)

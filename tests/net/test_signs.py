@@ -5,6 +5,7 @@ import pytest
 
 from crispline.cloud.normals import principal_normals
 from crispline.cloud.working import working_cloud
+from crispline.net import signs
 from crispline.net.orientation import indicator_spread, oriented_normals
 from crispline.net.poisson import point_areas
 from crispline.net.signs import with_best_signs
@@ -61,6 +62,28 @@ def test_faces_of_a_box_turned_at_random_come_out_outward(seed):
         turned[face == name] *= rng.choice([-1.0, 1.0])
     found = with_best_signs(cloud.points, turned, cloud.neighbours, point_areas(cloud.distances))
     assert np.mean(np.einsum("ij,ij->i", found, truth) > 0.0) > 0.999
+
+
+def test_pieces_that_turn_round_are_not_worked_out_again(monkeypatch):
+    cloud = working_cloud(sampled_box(4000, np.random.default_rng(0))[0], CloudOptions())
+    normals = principal_normals(cloud.points, cloud.neighbours, 18)
+    areas = point_areas(cloud.distances)
+    middle = cloud.points.mean(axis=0)
+    outward = np.einsum("ij,ij->i", normals, cloud.points - middle) > 0.0
+    normals = np.where(outward, 1.0, -1.0)[:, None] * normals
+    is_low = cloud.points[:, :1] < cloud.points[:, :1].min() + 1.0
+    made, known = [], []
+    work = signs._couplings
+    monkeypatch.setattr(signs, "_couplings", lambda *of: made.append(1) or work(*of))
+    for turn in (np.ones_like(is_low, float), np.where(is_low, -1.0, 1.0)):
+        turned = turn * normals
+        found = with_best_signs(cloud.points, turned, cloud.neighbours, areas, known=known)
+        alone = with_best_signs(cloud.points, turned, cloud.neighbours, areas)
+        np.testing.assert_array_equal(found, alone)
+    assert len(made) == 3  # once with what was known, twice without
+    noisy = np.where(np.arange(len(normals)) % 9 == 0, -1.0, 1.0)[:, None] * normals
+    with_best_signs(cloud.points, noisy, cloud.neighbours, areas, known=known)
+    assert len(known) == 2  # single points have turned: that is another field
 
 
 def test_a_cup_with_an_acute_rim_is_oriented():

@@ -14,7 +14,7 @@ from crispline.cloud.working import WorkingCloud
 from crispline.errors import InputError
 from crispline.net.poisson import point_areas, poisson_indicator
 from crispline.net.sheets import has_near_sheets, told_apart
-from crispline.net.signs import CELL, is_inside_out, with_best_signs
+from crispline.net.signs import CELL, Couplings, is_inside_out, with_best_signs
 from crispline.options import NetOptions
 from crispline.surface.base import Array
 
@@ -115,6 +115,7 @@ def best_tree(cloud: WorkingCloud, options: NetOptions, threads: int = -1) -> Or
     """
     areas = point_areas(cloud.distances)
     best: tuple[float, Array] | None = None
+    known: list[Couplings] = []
     for k in options.normal_neighbours:
         normals = principal_normals(cloud.points, cloud.neighbours, k)
         for bending, offset_weight in itertools.product((2.0, 1.0, 0.0), (0.25, 1.0)):
@@ -123,7 +124,9 @@ def best_tree(cloud: WorkingCloud, options: NetOptions, threads: int = -1) -> Or
             )
             spread = indicator_spread(cloud.points, oriented, areas, threads)
             if spread >= _FAIR * options.good_spread:
-                turned = with_best_signs(cloud.points, oriented, cloud.neighbours, areas, threads)
+                turned = with_best_signs(
+                    cloud.points, oriented, cloud.neighbours, areas, threads, known
+                )
                 turned_spread = indicator_spread(cloud.points, turned, areas, threads)
                 if turned_spread < spread:
                     spread, oriented = turned_spread, turned

@@ -71,7 +71,7 @@ def poisson_indicator(
     smoothing : standard deviation of the Gaussian, in cells.
     threads : threads of the transforms; the result does not depend on it.
     """
-    extent = np.ptp(points, axis=0)
+    extent, low = np.ptp(points, axis=0), points.min(axis=0)
     coarsening = max(1.0, (grid_cells(points, cell) / MAX_CELLS) ** (1.0 / 3.0))
     cell = cell * coarsening
     margin = _margin(extent, cell)
@@ -79,8 +79,11 @@ def poisson_indicator(
         int(scipy.fft.next_fast_len(int(np.ceil(side)), real=True))
         for side in (extent + 2.0 * margin) / cell
     )
-    origin = points.min(axis=0) - margin
-    position = (points - origin) / cell
+    origin = low - margin
+    # The grid is that of all points, also where only those of one face have a normal.
+    told = np.flatnonzero(normals.any(axis=1))
+    normals, areas = normals[told], areas[told]
+    position = (points[told] - origin) / cell
     corner = np.floor(position).astype(np.int64)
     fraction = position - corner
 

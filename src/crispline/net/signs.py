@@ -11,6 +11,7 @@ of all pieces are a matter of one small matrix.
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ _MAX_PIECES = 24
 # box that lacks a side has a fifth left.
 _CLOSED = 0.1
 _REACH = 1.5  # cells, to either side of the surface
+_ROUNDING = 1e-9  # of the mean cosine of equal normals; one of a million that differs is more
 
 
 def with_best_signs(
@@ -39,6 +41,7 @@ def with_best_signs(
     neighbours: NDArray[np.int64],
     areas: Array,
     threads: int = -1,
+    known: list[Couplings] | None = None,
 ) -> Array:
     """Outward normals after choosing the sign of every smooth piece, shape ``(n, 3)``.
 
@@ -52,6 +55,7 @@ def with_best_signs(
         one side.
     neighbours : nearest points, itself first, shape ``(n, >= 11)``.
     areas : surface area that each point stands for, shape ``(n,)``.
+    known : what was worked out before, for the same points and areas; added to.
 
     Returns
     -------
@@ -60,13 +64,47 @@ def with_best_signs(
     piece = _pieces(normals, neighbours)
     if piece.max() < 1:
         return normals
-    signs = _best_signs(_couplings(points, normals, areas, piece, threads))
+    known = [] if known is None else known
+    falls = next((f for k in known if (f := k.turned(normals, piece)) is not None), None)
+    if falls is None:
+        falls = _couplings(points, normals, areas, piece, threads)
+        known.append(Couplings(normals, piece, falls))
+    signs = _best_signs(falls)
     sign = np.where(piece >= 0, signs[np.maximum(piece, 0)], 0.0)
     indicator = poisson_indicator(points, sign[:, None] * normals, areas, CELL, threads=threads)
     reach = _REACH * indicator.cell * normals
     fall = indicator.at(points - reach) - indicator.at(points + reach)
     oriented = np.where(piece >= 0, sign, np.where(fall < 0.0, -1.0, 1.0))[:, None] * normals
     return -oriented if _is_inward(points, normals, oriented, areas) else oriented
+
+
+@dataclass(frozen=True)
+class Couplings:
+    """What the smooth pieces of a cloud say of each other's signs.
+
+    Attributes
+    ----------
+    normals, piece : that they belong to, shapes ``(n, 3)`` and ``(n,)``.
+    falls : of the indicator along the normals of a piece by that of another, shape ``(k, k)``.
+    """
+
+    normals: Array
+    piece: NDArray[np.int64]
+    falls: Array
+
+    def turned(self, normals: Array, piece: NDArray[np.int64]) -> Array | None:
+        """The falls where whole pieces have turned round; None if not only these have.
+
+        One spanning tree after the other finds the same normals but for their signs.
+        """
+        if not np.array_equal(piece, self.piece):
+            return None
+        inner = piece >= 0
+        cosine = np.einsum("ni,ni->n", normals[inner], self.normals[inner])
+        side = np.bincount(piece[inner], cosine) / np.bincount(piece[inner])
+        if np.abs(side).min() < 1.0 - _ROUNDING:
+            return None
+        return np.asarray(np.sign(side)[:, None] * self.falls * np.sign(side))
 
 
 def is_inside_out(points: Array, normals: Array, areas: Array) -> bool | None:
