@@ -205,7 +205,7 @@ def moved_near(
     piece = components(graph.adjacency, moved != regions.label)
     near = np.zeros(len(graph), dtype=bool)
     near[cKDTree(graph.points).query(places)[1]] = True
-    near = graph.rings(near, _NEAR_RINGS) & (piece >= 0)
+    near = graph.rings(near, _NEAR_RINGS)
     label = np.where(np.isin(piece, piece[near]), moved, regions.label)
     label = tidy(label, quads, options.min_patches)
     is_same = np.array_equal(label, regions.label)
