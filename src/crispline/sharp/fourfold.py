@@ -14,12 +14,8 @@ import numpy as np
 from crispline.options import LocateOptions
 from crispline.sharp.finder import Finder
 from crispline.sharp.network import around_corner, parted
-from crispline.sharp.short import EXACT, Sites, is_reversed
+from crispline.sharp.short import EXACT, Sites, is_reversed, towards
 from crispline.sharp.trace import guide_along
-from crispline.surface.base import Array
-
-_FAR = 4.0
-"""Where a border leads to is seen so far from its corner, in spacings."""
 
 
 def with_corners_parted(
@@ -66,10 +62,10 @@ def _parted(
     if any(corner.is_fallback or corner.gap > EXACT for corner in found):
         return None
     across = found[1].position - found[0].position
-    ahead = [_towards(sites, vertex, index) for index in outer]
+    sides = [towards(sites.topology, sites.vertices, vertex, pair) for pair in pairs]
     if np.linalg.norm(across) <= options.collapse_distance:
         return None
-    if across @ (ahead[2] + ahead[3] - ahead[0] - ahead[1]) <= 0.0:
+    if across @ (sides[1] - sides[0]) <= 0.0:
         return None
     vertices = sites.vertices.copy()
     vertices[[vertex, other]] = [corner.position for corner in found]
@@ -79,14 +75,3 @@ def _parted(
     if any(is_reversed(better, topology.chains[index]) for index in outer):
         return None
     return better
-
-
-def _towards(sites: Sites, vertex: int, index: int) -> Array:
-    """Unit direction in which a border leads away from one of its ends."""
-    chain = sites.topology.chains[index].vertices
-    path = sites.vertices[chain if int(chain[0]) == vertex else chain[::-1]]
-    away = path - path[0]
-    distance = np.linalg.norm(away, axis=1)
-    far = np.flatnonzero(distance > _FAR)
-    last = int(far[0]) if len(far) else len(path) - 1
-    return np.asarray(away[last] / max(distance[last], EXACT))

@@ -7,7 +7,7 @@ have a border there instead.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +31,8 @@ from crispline.surface.base import Array
 
 _REVERSED_LENGTH = 4.0
 """Corners farther apart than this in the net have not changed places by chance, in spacings."""
+_FAR = 4.0
+"""Where a border leads to is seen so far from its corner, in spacings."""
 EXACT = 1e-6
 """Corners with a smaller gap lie on all their surfaces, in spacings."""
 
@@ -175,11 +177,9 @@ def _exchange(sites: Sites, index: int, finder: Finder, options: LocateOptions) 
     found = finder.corners(places, beside, topology.chains, sites.borders)
     if any(corner.is_fallback or corner.gap > EXACT for corner in found):
         return None
-    # It runs from what was left of the old one to what was right of it.
-    forward = np.subtract(*sites.vertices[ends[::-1]])
-    right = np.cross(forward, _outward(sites.borders[index], places[:1]))
     across = found[1].position - found[0].position
-    if across @ right <= 0.0 or np.linalg.norm(across) <= options.collapse_distance:
+    sides = [towards(topology, sites.vertices, *at) for at in zip(ends, beside, strict=True)]
+    if across @ (sides[1] - sides[0]) <= 0.0 or np.linalg.norm(across) <= options.collapse_distance:
         return None
     vertices = sites.vertices.copy()
     vertices[ends] = [corner.position for corner in found]
@@ -190,7 +190,20 @@ def _exchange(sites: Sites, index: int, finder: Finder, options: LocateOptions) 
     return None if any(is_reversed(better, other) for other in outer) else better
 
 
-def _outward(border: Border, place: Array) -> Array:
-    """Sum of the outward normals of the surfaces beside a border, shape ``(3,)``."""
-    sides = zip(border.surfaces, border.orientations, strict=True)
-    return np.asarray(sum(sign * surface.project(place)[1][0] for surface, sign in sides))
+def towards(topology: Topology, vertices: Array, vertex: int, around: Sequence[int]) -> Array:
+    """Sum of the unit directions in which some chains lead away from one of their ends.
+
+    Parameters
+    ----------
+    vertices : of the net, shape ``(n, 3)``.
+    around : indices of the chains.
+    """
+    total = np.zeros(3)
+    for chain in (topology.chains[index].vertices for index in around):
+        path = vertices[chain if int(chain[0]) == vertex else chain[::-1]]
+        away = path - path[0]
+        distance = np.linalg.norm(away, axis=1)
+        far = np.flatnonzero(distance > _FAR)
+        last = int(far[0]) if len(far) else len(path) - 1
+        total += away[last] / max(distance[last], EXACT)
+    return total
