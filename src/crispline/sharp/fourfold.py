@@ -9,13 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Set
 
-import numpy as np
-
 from crispline.options import LocateOptions
 from crispline.sharp.finder import Finder
 from crispline.sharp.network import around_corner, parted
-from crispline.sharp.short import EXACT, Sites, is_reversed, towards
-from crispline.sharp.trace import guide_along
+from crispline.sharp.short import Sites, with_border
 
 
 def with_corners_parted(
@@ -51,27 +48,8 @@ def _parted(
     topology = parted(sites.topology, vertex, around)
     if topology is None:
         return None
-    chain = topology.chains[-1]
-    other = int(chain.vertices[-1])
-    if other in sites.corners:
+    index = len(topology.chains) - 1
+    if int(topology.chains[index].vertices[-1]) in sites.corners:
         return None
-    outer = [index for _, index in around]
-    places = np.stack(2 * [sites.vertices[vertex]])
-    pairs = [outer[:2], outer[2:]]
-    found = finder.corners(places, pairs, topology.chains, sites.borders)
-    if any(corner.is_fallback or corner.gap > EXACT for corner in found):
-        return None
-    across = found[1].position - found[0].position
-    sides = [towards(sites.topology, sites.vertices, vertex, pair) for pair in pairs]
-    if np.linalg.norm(across) <= options.collapse_distance:
-        return None
-    if across @ (sides[1] - sides[0]) <= 0.0:
-        return None
-    vertices = sites.vertices.copy()
-    vertices[[vertex, other]] = [corner.position for corner in found]
-    (border,) = finder.borders([chain], [guide_along(vertices[[vertex, other]], False)])
-    corners = sites.corners | {vertex: found[0], other: found[1]}
-    better = Sites(topology, vertices, (*sites.borders, border), corners)
-    if any(is_reversed(better, topology.chains[index]) for index in outer):
-        return None
-    return better
+    outer = [chain for _, chain in around]
+    return with_border(sites, topology, index, [outer[:2], outer[2:]], finder, options)

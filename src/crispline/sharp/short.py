@@ -33,7 +33,7 @@ _REVERSED_LENGTH = 4.0
 """Corners farther apart than this in the net have not changed places by chance, in spacings."""
 _FAR = 4.0
 """Where a border leads to is seen so far from its corner, in spacings."""
-EXACT = 1e-6
+_EXACT = 1e-6
 """Corners with a smaller gap lie on all their surfaces, in spacings."""
 
 
@@ -104,7 +104,7 @@ def collapsible_chains(sites: Sites, options: LocateOptions) -> Iterator[int]:
             continue
         length = arc_length(sites.vertices[chain.vertices])[-1]
         is_one_point = np.linalg.norm(_across(sites, chain)) <= options.collapse_distance
-        is_turned = is_reversed(sites, chain) and length < _REVERSED_LENGTH
+        is_turned = _is_reversed(sites, chain) and length < _REVERSED_LENGTH
         is_spurious = length < options.collapse_length and (is_one_point or is_turned)
         if is_spurious and loops_keep_two(sites.topology, index):
             yield index
@@ -147,7 +147,7 @@ def _across(sites: Sites, chain: Chain) -> Array:
     return sites.corners[end].position - sites.corners[start].position
 
 
-def is_reversed(sites: Sites, chain: Chain) -> bool:
+def _is_reversed(sites: Sites, chain: Chain) -> bool:
     """Whether the corners of a chain have changed places."""
     start, end = chain.vertices[[0, -1]].tolist()
     return bool(_across(sites, chain) @ (sites.vertices[end] - sites.vertices[start]) < 0.0)
@@ -166,19 +166,39 @@ def _collapse(sites: Sites, index: int, kept: int, lost: int, finder: Finder) ->
 
 
 def _exchange(sites: Sites, index: int, finder: Finder, options: LocateOptions) -> Sites | None:
-    """The border of the other two faces, if its corners are exact and none changes places."""
+    """The border of the other two faces in place of a short one, if it holds."""
     topology = exchanged(sites.topology, index)
     if topology is None:
         return None
+    ends = topology.chains[index].vertices[[0, -1]].tolist()
+    beside = [[i for i in chains_at(topology, end) if i != index] for end in ends]
+    return with_border(sites, topology, index, beside, finder, options)
+
+
+def with_border(
+    sites: Sites,
+    topology: Topology,
+    index: int,
+    beside: Sequence[Sequence[int]],
+    finder: Finder,
+    options: LocateOptions,
+) -> Sites | None:
+    """A network with a new border, if its corners are exact and no border runs backwards.
+
+    Parameters
+    ----------
+    topology : the network with the new chain.
+    index : of that chain.
+    beside : the other chains at its start and at its end.
+    """
     chain = topology.chains[index]
     ends = chain.vertices[[0, -1]].tolist()
-    beside = [[i for i in chains_at(topology, end) if i != index] for end in ends]
     places = np.stack(2 * [sites.vertices[ends].mean(axis=0)])
     found = finder.corners(places, beside, topology.chains, sites.borders)
-    if any(corner.is_fallback or corner.gap > EXACT for corner in found):
+    if any(corner.is_fallback or corner.gap > _EXACT for corner in found):
         return None
     across = found[1].position - found[0].position
-    sides = [towards(topology, sites.vertices, *at) for at in zip(ends, beside, strict=True)]
+    sides = [_towards(topology, sites.vertices, *at) for at in zip(ends, beside, strict=True)]
     if across @ (sides[1] - sides[0]) <= 0.0 or np.linalg.norm(across) <= options.collapse_distance:
         return None
     vertices = sites.vertices.copy()
@@ -187,10 +207,10 @@ def _exchange(sites: Sites, index: int, finder: Finder, options: LocateOptions) 
     borders = (*sites.borders[:index], border, *sites.borders[index + 1 :])
     better = Sites(topology, vertices, borders, sites.corners | dict(zip(ends, found, strict=True)))
     outer = [topology.chains[i] for i in (*beside[0], *beside[1])]
-    return None if any(is_reversed(better, other) for other in outer) else better
+    return None if any(_is_reversed(better, other) for other in outer) else better
 
 
-def towards(topology: Topology, vertices: Array, vertex: int, around: Sequence[int]) -> Array:
+def _towards(topology: Topology, vertices: Array, vertex: int, around: Sequence[int]) -> Array:
     """Sum of the unit directions in which some chains lead away from one of their ends.
 
     Parameters
@@ -205,5 +225,5 @@ def towards(topology: Topology, vertices: Array, vertex: int, around: Sequence[i
         distance = np.linalg.norm(away, axis=1)
         far = np.flatnonzero(distance > _FAR)
         last = int(far[0]) if len(far) else len(path) - 1
-        total += away[last] / max(distance[last], EXACT)
+        total += away[last] / max(distance[last], _EXACT)
     return total
