@@ -199,7 +199,11 @@ def with_border(
         return None
     across = found[1].position - found[0].position
     sides = [_towards(topology, sites.vertices, *at) for at in zip(ends, beside, strict=True)]
-    if across @ (sides[1] - sides[0]) <= 0.0 or np.linalg.norm(across) <= options.collapse_distance:
+    # Of faces that are not all convex either pair may meet in such an order; one that meets farther
+    # apart than labels are ragged was not hidden by them.
+    if not options.collapse_distance < np.linalg.norm(across) < _REVERSED_LENGTH:
+        return None
+    if across @ (sides[1] - sides[0]) <= 0.0:
         return None
     vertices = sites.vertices.copy()
     vertices[ends] = [corner.position for corner in found]
