@@ -22,10 +22,11 @@ from crispline.net.orientation import oriented_normals
 from crispline.net.quads import QuadNet, quad_net
 from crispline.net.strays import stray_pieces, strays_sentence
 from crispline.options import Options
+from crispline.region.amend import moved_near, without_regions
 from crispline.region.evidence import Evidence, gather_evidence
 from crispline.region.patches import PatchGraph
 from crispline.region.regionfit import RegionFit
-from crispline.region.segment import Segmentation, moved_near, segment, without_regions
+from crispline.region.segment import Segmentation, segment
 from crispline.region.topology import Topology, border_topology
 from crispline.result import Reconstruction
 from crispline.sharp.blend import blended
@@ -58,6 +59,11 @@ class Features:
     ladder: Ladder
     result: Reconstruction
     opening: str
+
+    @property
+    def detected(self) -> Reconstruction:
+        """The result with what the surfaces leave open."""
+        return replace(self.result, warnings=(*self.result.warnings, *self.ladder.doubts))
 
 
 def located_features(points: object, options: Options, watch: Stopwatch) -> Features:

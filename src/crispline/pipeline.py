@@ -40,7 +40,7 @@ def reconstruct(
     with watch.guard(), threadpool_limits(1):
         found = located_features(cloud, options, watch)
         if found.opening:
-            raise ReconstructionError(found.opening, found.result)
+            raise ReconstructionError(found.opening, found.detected)
         watch.stage("solid", 0.85)
         made = found.ladder.climb(options.model)
         result = replace(
@@ -66,5 +66,4 @@ def detect(
     watch = Stopwatch(progress)
     with watch.guard(), threadpool_limits(1):
         found = located_features(cloud, options or Options(), watch)
-    warnings = (*found.result.warnings, *found.ladder.doubts)
-    return replace(found.result, warnings=warnings, timings=watch.stop())
+    return replace(found.detected, timings=watch.stop())

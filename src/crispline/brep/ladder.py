@@ -122,7 +122,7 @@ class Ladder:
         if _is_good(trimmed.solid):
             return trimmed
         reasons = _reasons(self.model, trimmed.solid) if trimmed.solid is not None else {}
-        fewer = self.without(reasons)
+        fewer = self.without(reasons) if reasons else None
         if fewer is not None:
             again = fewer.climb(kind)
             return replace(again, warnings=self._given_up(reasons, fewer) + again.warnings)

@@ -10,6 +10,8 @@ import numpy as np
 from crispline.fit.swept import Circle, Line, Profile
 from crispline.surface.base import Array
 
+_PARALLEL = 1e-9  # sine between lines, or distance of centres over a radius
+
 
 def crossing(first: Profile, second: Profile, near: Array) -> Array | None:
     """The common point of two profiles nearest to ``near``, shape ``(2,)``; None without one."""
@@ -47,9 +49,6 @@ def outward(profile: Profile, point: Array) -> Array:
         return profile.normal
     away = point - profile.centre
     return np.asarray(away / np.linalg.norm(away))
-
-
-_PARALLEL = 1e-9
 
 
 def _on_circle(circle: Circle, normal: Array, level: float, near: Array) -> Array | None:
