@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,7 +22,7 @@ from crispline.net.orientation import oriented_normals
 from crispline.net.quads import QuadNet, quad_net
 from crispline.net.strays import stray_pieces, strays_sentence
 from crispline.options import Options
-from crispline.region.amend import moved_near, without_regions
+from crispline.region.amend import moved_near, without_narrow, without_regions
 from crispline.region.evidence import Evidence, gather_evidence
 from crispline.region.patches import PatchGraph
 from crispline.region.regionfit import RegionFit
@@ -184,7 +184,12 @@ class _Placing:
             regions.has_faces,
             tuple(d.sentence(to_user) for d in located.doubts if regions.has_faces),
             lambda labels: find(patched=labels),
-            lambda labels: self._without(regions, labels),
+            lambda labels: self._amended(
+                without_regions(regions, labels, self.evidence, self.quads, options.region)
+            ),
+            lambda labels: self._amended(
+                without_narrow(regions, labels, self.evidence.graph, self.quads, options.region)
+            ),
         )
 
     def best_ladder(self, regions: Segmentation) -> Ladder:
@@ -204,10 +209,8 @@ class _Placing:
         gaps = [one.model.vertex_gaps[one.model.vertex_gaps > max_gap] for one in (first, second)]
         return second if gaps[1].sum() < _BETTER * gaps[0].sum() else first
 
-    def _without(self, regions: Segmentation, labels: Collection[int]) -> Ladder | None:
-        options = self.options.region
-        fewer = without_regions(regions, labels, self.evidence, self.quads, options)
-        return None if fewer is None else self.ladder(fewer)
+    def _amended(self, regions: Segmentation | None) -> Ladder | None:
+        return None if regions is None else self.ladder(regions)
 
 
 def _finder(

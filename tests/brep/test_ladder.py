@@ -207,8 +207,8 @@ def test_a_region_beside_a_collapsed_border_can_be_patches():
         assert solid.check.edge_tolerance < 0.3 * source.spacing
 
 
-def test_a_crumb_that_fails_goes_to_its_neighbours(monkeypatch):
-    crumb = 8
+def ladder_with_failing_crumb(monkeypatch, crumb):
+    """Of the octahedron with a crumb in its first face, which no model has a valid face for."""
 
     def with_crumb(evidence, *rest):
         found = segment(evidence, *rest)
@@ -228,12 +228,28 @@ def test_a_crumb_that_fails_goes_to_its_neighbours(monkeypatch):
     monkeypatch.setattr(ladder_module, "make_solid", failing)
     source = located_features(octahedron_points(), Options(), Stopwatch()).ladder
     assert crumb in source.source.label
+    return source
+
+
+def test_a_crumb_that_fails_goes_to_its_neighbours(monkeypatch):
+    crumb = 8
+    source = ladder_with_failing_crumb(monkeypatch, crumb)
     made = source.climb("trimmed")
     assert made.solid.check.is_good
     assert sorted(face.region for face in made.model.faces) == list(range(crumb))
     assert [text for text in made.warnings if "region 8" in text and "its neighbours" in text]
     # No neighbour explains a face of the part.
     assert source.without([0, 1, 2]) is None
+
+
+def test_a_narrow_region_that_fails_goes_even_if_it_is_of_use(monkeypatch):
+    crumb = 8
+    monkeypatch.setattr(features, "without_regions", lambda *_: None)
+    made = ladder_with_failing_crumb(monkeypatch, crumb).climb("auto")
+    assert made.solid.check.is_good
+    assert made.solid.representation == "trimmed"
+    assert sorted(face.region for face in made.model.faces) == list(range(crumb))
+    assert [text for text in made.warnings if "region 8" in text and "spacings wide" in text]
 
 
 def around_a_corner():

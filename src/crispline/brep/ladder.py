@@ -34,6 +34,8 @@ _NO_FACES = (
     "no surfaces explain most of the scan, so the model is made of bicubic patches only; if the "
     "part has plain faces, the scan is too noisy or too coarse for them, or bent"
 )
+_EXPLAINED = "which explain its points as well"
+_NARROW = "though they do not explain its points, being a few spacings wide (scan it more densely)"
 _ROUNDED = (
     "patches that follow the located edges are not valid, so the patches are smooth everywhere "
     "and round off the edges"
@@ -76,6 +78,7 @@ class Ladder:
         some labels, which become patches.
     without : the ladder of a model without those regions of some labels that their neighbours
         explain as well; None if there are none.
+    without_narrow : the same without those that are only a few spacings wide.
     """
 
     model: Model
@@ -89,6 +92,7 @@ class Ladder:
     doubts: tuple[str, ...]
     located_beside: Callable[[Collection[int]], Located]
     without: Callable[[Collection[int]], Ladder | None]
+    without_narrow: Callable[[Collection[int]], Ladder | None]
 
     @property
     def spacing(self) -> float:
@@ -125,7 +129,15 @@ class Ladder:
         fewer = self.without(reasons) if reasons else None
         if fewer is not None:
             again = fewer.climb(kind)
-            return replace(again, warnings=self._given_up(reasons, fewer) + again.warnings)
+            warnings = self._given_up(reasons, fewer, _EXPLAINED)
+            return replace(again, warnings=warnings + again.warnings)
+        # Rather a solid without a groove of two spacings, and said so, than patches instead.
+        fewer = self.without_narrow(reasons) if reasons else None
+        if fewer is not None:
+            again = fewer.climb("trimmed")
+            if _is_good(again.solid):
+                warnings = self._given_up(reasons, fewer, _NARROW)
+                return replace(again, warnings=warnings + again.warnings)
         if kind == "trimmed":
             return trimmed
         if trimmed.solid is not None:
@@ -182,12 +194,12 @@ class Ladder:
     def _attempt(self, model: Model, solid: Solid | None, warnings: tuple[str, ...]) -> Attempt:
         return Attempt(model, solid, (*self.doubts, *warnings))
 
-    def _given_up(self, reasons: Mapping[int, str], fewer: Ladder) -> tuple[str, ...]:
+    def _given_up(self, reasons: Mapping[int, str], fewer: Ladder, why: str) -> tuple[str, ...]:
         """What to say of regions that another ladder does without."""
         gone = np.setdiff1d(list(reasons), fewer.source.label)
         return tuple(
-            f"region {label} near {self._place(label)} was given to its neighbours, which explain "
-            f"its points as well, as its face fails: {reasons[label]}"
+            f"region {label} near {self._place(label)} was given to its neighbours, {why}, "
+            f"as its face fails: {reasons[label]}"
             for label in gone.tolist()
         )
 

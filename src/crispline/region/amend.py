@@ -14,11 +14,13 @@ from crispline.options import RegionOptions
 from crispline.region.cleanup import tidy
 from crispline.region.evidence import Evidence
 from crispline.region.expand import expand_regions
+from crispline.region.patches import Labels, PatchGraph
 from crispline.region.prune import prune_regions
 from crispline.region.segment import Segmentation
 from crispline.surface.base import Array
 
 _NEAR_RINGS = 3  # of patches round a place, about spacings
+_NARROW_RINGS = 3  # of patches from its border that cover a narrow region, about spacings
 
 
 def without_regions(
@@ -37,11 +39,48 @@ def without_regions(
     None if every one of them is needed.
     """
     label = prune_regions(regions.label, regions.fits, evidence, options, failing)
+    return _fewer(regions, label, quads, options)
+
+
+def without_narrow(
+    regions: Segmentation,
+    failing: Collection[int],
+    graph: PatchGraph,
+    quads: HalfEdges,
+    options: RegionOptions,
+) -> Segmentation | None:
+    """The regions without those of some that are as narrow as they are small.
+
+    A few rows of points say that something is there, but not what it is. Each patch
+    goes to the region of the nearest patch that stays; all surfaces stay.
+
+    Returns
+    -------
+    None if none of them is narrow.
+    """
+    label = regions.label.copy()
+    for region in sorted(failing):
+        inside = regions.label == region
+        is_narrow = graph.rings(~inside, _NARROW_RINGS).all()
+        if is_narrow and inside.sum() <= options.max_pruned_patches:
+            label[inside] = -1
+    gone = label < 0
+    if not gone.any() or gone.all():
+        return None
+    nearest = cKDTree(graph.points[~gone]).query(graph.points[gone])[1]
+    label[gone] = label[~gone][nearest]
+    return _fewer(regions, label, quads, options)
+
+
+def _fewer(
+    regions: Segmentation, label: Labels, quads: HalfEdges, options: RegionOptions
+) -> Segmentation | None:
+    """The regions with labels of which some are gone; None if none is, or another falls apart."""
     if np.array_equal(label, regions.label):
         return None
     label = tidy(label, quads, options.min_patches)
     if label.max() > regions.label.max():
-        return None  # another region would fall apart
+        return None
     fits = {name: regions.fits[name] for name in np.unique(label).tolist()}
     return replace(regions, label=label, fits=fits)
 
