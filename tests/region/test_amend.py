@@ -54,10 +54,9 @@ def test_a_region_that_does_not_fail_stays(sheet):
 
 
 def test_a_ring_that_is_narrow_but_long_stays(sheet):
-    _, _, row, column = sheet
+    quads, graph, _, column = sheet
     options = RegionOptions(max_pruned_patches=50)
     groove = (column >= 13) & (column < 16)
-    quads, graph = sheet[:2]
     label = np.where(groove, 1, np.where(column >= 16, 2, 0))
     regions = Segmentation(label, {0: "left", 1: "groove", 2: "right"}, True)
     assert without_narrow(regions, [1], graph, quads, options) is None
