@@ -252,6 +252,27 @@ def test_a_narrow_region_that_fails_goes_even_if_it_is_of_use(monkeypatch):
     assert [text for text in made.warnings if "region 8" in text and "spacings wide" in text]
 
 
+def test_a_narrow_region_is_not_given_up_for_nothing(monkeypatch):
+    crumb = 8
+    monkeypatch.setattr(features, "without_regions", lambda *_: None)
+    source = ladder_with_failing_crumb(monkeypatch, crumb)
+
+    def failing(model, *rest, **limits):
+        """The crumb while it is trimmed; without it the face round it."""
+        solid = make_solid(model, *rest, **limits)
+        faces = [(i, face.region) for i, face in enumerate(model.faces) if not face.is_patch]
+        is_whole = len(faces) == len(model.faces)
+        wanted = crumb if crumb in dict(faces).values() else 0 if is_whole else None
+        bad = [BadFace(i, "it fails") for i, region in faces if region == wanted]
+        return replace(solid, check=replace(solid.check, bad_faces=tuple(bad)))
+
+    monkeypatch.setattr(ladder_module, "make_solid", failing)
+    made = source.climb("auto")
+    assert made.solid.representation == "mixed"
+    assert {face.region for face in made.model.faces if face.is_patch} == {crumb}
+    assert not [text for text in made.warnings if "given to its neighbours" in text]
+
+
 def around_a_corner():
     """A corner of the box and the regions that meet there."""
     model = ladder().model
