@@ -273,6 +273,21 @@ def test_a_narrow_region_is_not_given_up_for_nothing(monkeypatch):
     assert not [text for text in made.warnings if "given to its neighbours" in text]
 
 
+def test_a_narrow_region_stays_where_a_gap_would_open_without_it(monkeypatch):
+    crumb = 8
+    monkeypatch.setattr(features, "without_regions", lambda *_: None)
+    source = ladder_with_failing_crumb(monkeypatch, crumb)
+
+    def without_narrow(labels):
+        fewer = source.without_narrow(labels)
+        gaps = np.full(len(fewer.model.vertices), 0.5)
+        return replace(fewer, model=replace(fewer.model, vertex_gaps=gaps))
+
+    made = replace(source, without_narrow=without_narrow).climb("auto")
+    assert made.solid.representation != "trimmed"
+    assert not [text for text in made.warnings if "given to its neighbours" in text]
+
+
 def around_a_corner():
     """A corner of the box and the regions that meet there."""
     model = ladder().model

@@ -25,6 +25,8 @@ _BARE = 2.0
 """Vertices of the net farther than this from every point span a hole, in spacings."""
 _MAX_ROUNDS = 3
 """How often regions that turn out to fail beside patches become patches too."""
+_OPEN = 0.3
+"""Gap that a model may have that does without a narrow region, in spacings; or as it was before."""
 _MAX_SHARE = 0.35
 """Share of the quads above which a model of patches only is simpler ..."""
 _MAX_PATCHES = 1000
@@ -133,7 +135,7 @@ class Ladder:
             return replace(again, warnings=warnings + again.warnings)
         # Rather a solid without a groove of two spacings, and said so, than patches instead.
         fewer = self.without_narrow(reasons) if reasons else None
-        if fewer is not None:
+        if fewer is not None and _gap(fewer.model) <= max(_gap(self.model), _OPEN):
             again = fewer.climb("trimmed")
             if _is_good(again.solid):
                 warnings = self._given_up(reasons, fewer, _NARROW)
@@ -227,6 +229,11 @@ def _tried(build: Callable[[], Solid]) -> tuple[Solid | None, tuple[str, ...]]:
 
 def _is_good(solid: Solid | None) -> bool:
     return solid is not None and solid.check.is_good
+
+
+def _gap(model: Model) -> float:
+    """The largest gap that a model has at an edge or a vertex."""
+    return float(max([0.0, *model.vertex_gaps, *(edge.gap for edge in model.edges)]))
 
 
 def _reasons(model: Model, solid: Solid) -> dict[int, str]:
