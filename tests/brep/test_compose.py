@@ -74,26 +74,6 @@ def test_a_repair_that_loses_the_numbers_of_the_faces_is_dropped(monkeypatch):
     assert min(fault.index for fault in solid.check.bad_faces) >= 0
 
 
-def test_a_crossed_wire_is_built_again_with_its_cusps_covered(monkeypatch):
-    asked = []
-
-    def judged(shape, *rest):
-        found = check_shape(shape, *rest)
-        is_covered = found.vertex_tolerance > 0.04
-        return found if is_covered else replace(found, bad_faces=(crossed,))
-
-    def gaps(model, faces):
-        asked.append(list(faces))
-        return np.full(len(model.vertices), 0.05)
-
-    crossed = check.BadFace(2, "BRepCheck_SelfIntersectingWire")
-    monkeypatch.setattr(compose, "check_shape", judged)
-    monkeypatch.setattr(compose, "cusp_gaps", gaps)
-    solid = make_solid(brep_models.box().model, None, 1.0, time_limit=0.0)
-    assert (solid.attempt, solid.check.is_good) == ("cusps covered", True)
-    assert asked == [[build_shape(brep_models.box().model).face_order[2]]]
-
-
 def test_without_time_the_faulty_shape_is_returned_as_faulty():
     solid = make_solid(turned_roof(), None, 1.0, time_limit=0.0)
     assert solid.attempt == "as built"

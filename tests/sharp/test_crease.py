@@ -201,9 +201,12 @@ def test_a_fold_and_a_stray_are_not_sane():
     assert not is_sane(strayed, guide, 0.0, cloud, 2.2)
 
 
-@pytest.mark.parametrize(("opening_deg", "is_found"), [(45.0, True), (90.0, False)])
-def test_a_net_rounds_off_an_acute_edge_farther(opening_deg, is_found):
-    radius, away = 20.0, 3.6  # spacings by which the chain runs beside the edge
+@pytest.mark.parametrize(
+    ("opening_deg", "away", "is_found"),
+    [(45.0, 5.0, True), (90.0, 5.0, False), (90.0, 3.6, True), (90.0, 2.0, True)],
+)
+def test_a_net_rounds_off_an_acute_edge_farther(opening_deg, away, is_found):
+    radius = 20.0  # and the chain runs ``away`` spacings beside the edge
     half_angle = np.radians(opening_deg)
     sides = [
         RegionFit(Cylinder(ORIGIN, Z, radius), 1, np.empty((0, 3)), np.empty(0)),

@@ -11,7 +11,7 @@ import numpy as np
 from crispline import occt
 from crispline.brep.build import Built, build_shape
 from crispline.brep.check import UNMESHED, BadFace, Check, check_shape
-from crispline.brep.cusps import cusp_gaps
+from crispline.brep.cusps import with_cusps_opened
 from crispline.brep.heal import heal
 from crispline.cadfile.step import faces_lost_in_step
 from crispline.model import Model
@@ -42,7 +42,7 @@ class Solid:
     check : what was found in it; its ``bad_faces`` are indices into ``Model.faces``,
         -1 for a face that healing has made.
     face_order : model face index of every face of the shape, in exploration order.
-    attempt : how the shape came about: ``'as built'``, ``'cusps covered'`` or the repair that
+    attempt : how the shape came about: ``'as built'``, ``'cusps opened'`` or the repair that
         was kept.
     representation : ``'trimmed'`` faces, ``'mixed'`` with bicubic patches where a region could
         not be trimmed, or ``'patches'`` only.
@@ -64,7 +64,7 @@ def make_solid(
 
     1. The shape is built as the model says. If it is good it is returned untouched, as
        it is when only its distance to the cloud is at fault: no repair can cure that.
-    2. Where borders cross beside a vertex, it is built again with vertices that cover that.
+    2. Where borders cross beside a vertex, it is built again with edges that part there.
     3. Otherwise the repairs of ``_HEALINGS`` are tried, and the first good shape is
        returned; without one, the shape with the fewest faults, and a check that says so. A
        repair that cannot say which face of the model fails is no better than none.
@@ -95,11 +95,10 @@ def make_solid(
     first = best = _judge(built, built.shape, points, "as built", not model.is_closed)
     crossed = {fault.index for fault in best.check.bad_faces if fault.reason == _CROSSED} - {-1}
     if crossed:
-        gaps = np.maximum(scaled.vertex_gaps, cusp_gaps(scaled, sorted(crossed)))
-        covered = build_shape(replace(scaled, vertex_gaps=gaps))
-        second = _judge(covered, covered.shape, points, "cusps covered", not model.is_closed)
+        opened = build_shape(with_cusps_opened(scaled, sorted(crossed)))
+        second = _judge(opened, opened.shape, points, "cusps opened", not model.is_closed)
         if _n_faults(second) < _n_faults(first):
-            built, first = covered, second
+            built, first = opened, second
             best = first
     deadline = time.monotonic() + time_limit
     if _is_repairable(best.check):

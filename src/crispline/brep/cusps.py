@@ -1,51 +1,95 @@
 """Edges that leave a vertex side by side: they are one, or cross once more, next to it.
 
-Where two borders of a face meet at a small angle, OCCT calls the wire self-intersecting unless
-the vertex covers the stretch on which it cannot tell them apart.
+Where two borders of a face touch, OCCT calls the wire self-intersecting, as it cannot tell them
+apart for a stretch. A vertex that covers the stretch cures that in memory only: no STEP file says
+how much a vertex covers. So one of the two goes straight to the vertex, and arrives at an angle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from crispline.curve import Curve
-from crispline.model import Model
-from crispline.surface.base import Array
+from crispline.curve import Curve, interpolated
+from crispline.model import Edge, Model
+from crispline.surface.base import Array, unit
 
 _REACH = 1.0
 """Edges that are one farther from their vertex are a fault; in the unit of the model, spacings."""
 _APART = 1e-4
 """Edges closer than this are one, in that unit."""
+_STRAIGHT = 2.0
+"""So near to the vertex an edge is drawn straight to it, in that unit."""
+_STEP = 0.5
+"""Between the points that it is drawn through, in that unit."""
+_MIN_NODES, _N_DENSE = 9, 2000
 _N_SAMPLES = 200
 _SIDE_BY_SIDE = np.cos(np.radians(30.0))
 
 
-def cusp_gaps(model: Model, faces: Iterable[int]) -> Array:
-    """How far from each vertex two edges of a face that meet there are one or cross.
+def with_cusps_opened(model: Model, faces: Iterable[int]) -> Model:
+    """Draw one of two edges of a face straight to their vertex where they leave it as one.
+
+    It is the one that is then farther from the other, as a rule the more bent one.
 
     Parameters
     ----------
+    model : in a unit of about a spacing.
     faces : indices of those that count.
 
     Returns
     -------
-    Shape ``(n,)``, zero where none leave it side by side.
+    The model with some curves replaced, and the gaps which that makes; the same one where no
+    edges leave a vertex side by side.
     """
-    gaps = np.zeros(len(model.vertices))
+    edges = list(model.edges)
     for face in (model.faces[index] for index in faces):
         for loop in face.loops:
             for (first, way), (second, onward) in zip(loop, loop[1:] + loop[:1], strict=True):
-                edges = model.edges[first], model.edges[second]
-                vertex = edges[0].end if way > 0 else edges[0].start
-                back = _leaving(edges[0].curve, way < 0)
-                ahead = _leaving(edges[1].curve, onward > 0)
-                place = model.vertices[vertex]
-                normal = face.surface.project(place[None])[1][0]
-                if first != second:
-                    gaps[vertex] = max(gaps[vertex], _together(place, back, ahead, normal))
-    return gaps
+                if first == second:
+                    continue
+                sides = ((first, way < 0), (second, onward > 0))
+                back, ahead = (_leaving(edges[index].curve, forward) for index, forward in sides)
+                normal = face.surface.project(back[:1])[1][0]
+                if not _part_late(back, ahead, normal):
+                    continue
+                opened = [_straight_to_end(edges[index].curve, forward) for index, forward in sides]
+                apart = [
+                    _apart(_leaving(curve, forward), other)
+                    for curve, (_, forward), other in zip(opened, sides, (ahead, back), strict=True)
+                ]
+                which = int(np.argmax(apart))
+                index = sides[which][0]
+                edges[index] = _redrawn(edges[index], opened[which])
+    return replace(model, edges=tuple(edges))
+
+
+def _redrawn(edge: Edge, curve: Curve) -> Edge:
+    """An edge with another curve, and the gap of it."""
+    away, _ = cKDTree(edge.curve.samples(_N_DENSE)).query(curve.samples(_N_DENSE))
+    return replace(edge, curve=curve, gap=edge.gap + float(np.max(away)))
+
+
+def _straight_to_end(curve: Curve, at_start: bool) -> Curve:
+    """A curve drawn straight to its start, or its end."""
+    length = float(np.linalg.norm(np.diff(curve.samples(_N_DENSE), axis=0), axis=1).sum())
+    nodes = curve.samples(int(np.clip(length / _STEP, _MIN_NODES, _N_DENSE)))
+    tip, before = (0, 1) if at_start else (-1, -2)
+    is_kept = np.linalg.norm(nodes - nodes[tip], axis=1) > min(_STRAIGHT, 0.5 * length)
+    is_kept[[0, -1]] = True
+    nodes = nodes[is_kept]
+    slopes = np.zeros((2, 3))
+    slopes[tip] = unit(nodes[before] - nodes[tip]) * (1.0 if at_start else -1.0)
+    return interpolated(nodes, False, slopes)
+
+
+def _apart(curve: Array, other: Array) -> float:
+    """How far a polyline is from another near their common start."""
+    near = curve[_N_SAMPLES // 4 : _N_SAMPLES // 2]
+    return float(np.min(cKDTree(other).query(near)[0]))
 
 
 def _leaving(curve: Curve, is_forward: bool) -> Array:
@@ -57,15 +101,15 @@ def _leaving(curve: Curve, is_forward: bool) -> Array:
     return curve.evaluate(curve.start + steps if is_forward else curve.end - steps)
 
 
-def _together(vertex: Array, first: Array, second: Array, normal: Array) -> float:
-    """Distance from a vertex to the last place at which two polylines are one or cross.
+def _part_late(first: Array, second: Array, normal: Array) -> bool:
+    """Whether two polylines from a common start are one next to it, or cross.
 
     They are seen along a normal.
     """
     chords = first[-1] - first[0], second[-1] - second[0]
     cosine = chords[0] @ chords[1] / (np.linalg.norm(chords[0]) * np.linalg.norm(chords[1]))
     if not cosine > _SIDE_BY_SIDE:
-        return 0.0
+        return False
     flat = np.linalg.svd(normal[None])[2][1:].T
     a, b = first @ flat, second @ flat
     start, step = a[:-1, None], np.diff(a, axis=0)[:, None]
@@ -80,8 +124,7 @@ def _together(vertex: Array, first: Array, second: Array, normal: Array) -> floa
     to_segment = start - other - np.clip(foot, 0.0, 1.0)[..., None] * stride
     is_one = np.linalg.norm(to_segment, axis=2) < _APART
     is_one[0, 0] = False
-    rows = np.flatnonzero((is_one | crosses).any(axis=1))
-    return float(np.linalg.norm(first[rows + 1] - vertex, axis=1).max(initial=0.0))
+    return bool((is_one | crosses).any())
 
 
 def _cross(first: Array, second: Array) -> Array:

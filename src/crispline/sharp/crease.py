@@ -39,6 +39,9 @@ _MIN_KINK_DEG = 2.0  # shallower crossings are too far off along the surfaces
 _EXACT = 1e-9
 _MAX_BRANCH_SPREAD = 0.3
 _MAX_ROUNDED_OFF = 2.0
+_LAST_MOVE = 4.5
+"""A chain may lie this far from a curve if there is no nearer one, in spacings: between the walls
+of a groove that few points tell apart it does."""
 
 
 @dataclass(frozen=True)
@@ -199,13 +202,14 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
-    for points in traced(guide, border.constraints, feet, max_gap):
-        leeway = slack + _rounded_off(border.angle(points))
-        if is_sane(points, guide, leeway, cloud, max_cloud_distance):
-            curve = curve_along(points, ends, border.constraints, options, cusps)
-            if curve is None:
-                continue
-            return _measured(curve, border)
+    # A curve beside the net, but in the cloud, is better than none: the second time.
+    for beyond in (0.0, _LAST_MOVE - MAX_MOVE):
+        for points in traced(guide, border.constraints, feet, max_gap):
+            leeway = slack + beyond + _rounded_off(border.angle(points))
+            if is_sane(points, guide, leeway, cloud, max_cloud_distance):
+                curve = curve_along(points, ends, border.constraints, options, cusps)
+                if curve is not None:
+                    return _measured(curve, border)
     start = points = points_along(guide)
     for _ in range(N_ROUNDS):
         points = np.mean([surface.project(points)[0] for surface in border.surfaces], axis=0)
