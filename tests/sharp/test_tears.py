@@ -59,6 +59,18 @@ def pierce(network, radius=1.2):
     return network
 
 
+def bridge(network, radius=1.0):
+    """A net that runs from the top to the front through the air beside their edge."""
+
+    def ring(t):
+        turn = 2.0 * np.pi * t
+        across = radius * np.cos(turn) * np.sqrt(0.5)
+        return np.column_stack([20.0 + radius * np.sin(turn), -0.4 + across, 20.4 + across])
+
+    network.chain(FRONT, TOP, curve=ring)
+    return network
+
+
 def is_a_box(model):
     counts = (len(model.vertices), len(model.edges), len(model.faces))
     return counts == (8, 12, 6) and all(len(face.loops) == 1 for face in model.faces)
@@ -73,7 +85,7 @@ def test_the_top_goes_on_over_a_tear(shapes, raggedness, seed, depth):
     assert model.vertex_gaps.max() < 1e-9
     assert all(edge.curve.kind == "line" for edge in model.edges)
     assert len(notes) == 1
-    assert "thin" in notes[0]
+    assert "mended" in notes[0]
 
 
 def test_a_hole_of_the_net_goes_where_the_points_show_none(shapes):
@@ -108,3 +120,11 @@ def test_the_edge_of_a_wedge_is_no_tear(shapes):
     model, notes = shapes["hip_roof"](0.0, 0, 0.0, 6.0).located()
     assert not any("thin" in note for note in notes)
     assert len(model.faces) == 5
+
+
+@pytest.mark.parametrize("radius", [0.5, 1.5])
+def test_a_bridge_between_faces_that_meet_in_a_line_goes(shapes, radius):
+    model, notes = bridge(wall(shapes), radius).located()
+    assert is_a_box(model)
+    assert len(notes) == 1
+    assert "bridged" in notes[0]

@@ -157,8 +157,8 @@ def _ends(chain: Chain, border: Border, corners: Mapping[int, Corner]) -> Ends:
 def _torn(chain: Chain, net_vertices: Array) -> Doubt:
     """What to say of a tear that was mended."""
     text = (
-        f"the wall between regions {_names([chain])} is so thin that the net is torn near "
-        "{place}; the tear is closed: scan it more densely"
+        f"regions {_names([chain])} are so close to each other that the net is torn, or bridged, "
+        "near {place}; that is mended: scan it more densely"
     )
     return Doubt(text, net_vertices[chain.vertices[0]])
 

@@ -1,9 +1,10 @@
-"""Tears in thin walls: borders of the labels where the surfaces of the two sides never meet.
+"""Tears in thin walls, and bridges over slits: borders of surfaces that never meet so.
 
 Where a wall is hardly thicker than the points are apart, the net has holes through it, and gaps
 in the narrow face at its end. The labels then show the two sides of the wall with a border in
-common, though the surfaces tell that they are apart there, back to back. No such border is one
-of the part, and leaving it out mends the wall.
+common, though the surfaces tell that they are apart there, back to back. Over a slit the net runs
+from one side to the other, and the labels show a ring round that, though the surfaces meet in a
+straight line or not at all. No such border is one of the part, and leaving it out mends the wall.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from crispline.surface.base import Array
 _BACK_TO_BACK = np.cos(np.radians(120.0))  # between the outward normals of the sides of a wall
 _APART = 1.0  # surfaces so far from each other do not meet there, spacings
 _MOST = 0.8  # share of a border at which that must be so
+_TURNS = 0.05  # mean square sine between directions on a ring, and more, of surfaces that meet in one
+_MIN_SINE = 0.3  # of the angle between surfaces that surely do not touch
 _MAX_GAP = 12.0  # a tear from end to end, or round; a longer one may be what is there, spacings
 _COVERED = 1.0  # with a point this near to its middle, on either side, a hole is none, spacings
 
@@ -29,9 +32,9 @@ _COVERED = 1.0  # with a point this near to its middle, on either side, a hole i
 def mended(
     topology: Topology, net_vertices: Array, regions: Mapping[int, RegionFit], cloud: cKDTree
 ) -> tuple[Topology, list[Chain]]:
-    """The border network without the tears of thin walls.
+    """The border network without the tears of thin walls and the bridges over slits.
 
-    A closed tear is a hole through the wall; it goes if the points show none. An open one cuts
+    A closed tear is a hole through the wall, or a bridge; it goes if the points show none. An open one cuts
     the face at the end of the wall, from one side of it to the other; the borders of that face
     go on over the gap.
 
@@ -46,16 +49,17 @@ def mended(
     -------
     The network, and the chains that went.
     """
-    torn = [chain for chain in topology.chains if _is_tear(chain, net_vertices, regions)]
     gone: list[Chain] = []
     is_open = True
-    while is_open:  # one that is mended may let another be
+    while is_open:  # one that is mended may let another be, or make a ring of it
         is_open = False
-        for number, chain in enumerate(torn):
+        for chain in topology.chains:
+            if not _is_tear(chain, net_vertices, regions):
+                continue
             whole = _without(topology, chain, net_vertices, regions, cloud)
             if whole is not None:
                 topology, is_open = whole, True
-                gone.append(torn.pop(number))
+                gone.append(chain)
                 break
     return topology, gone
 
@@ -68,16 +72,14 @@ def _without(
     cloud: cKDTree,
 ) -> Topology | None:
     """The network without a tear; None if it has to stay."""
-    index = next((k for k, other in enumerate(topology.chains) if other is chain), None)
-    if index is None:  # it has become a part of another border
-        return None
+    index = next(k for k, other in enumerate(topology.chains) if other is chain)
     if chain.is_closed and int(chain.vertices[0]) not in corner_vertices(topology):
         return _without_hole(topology, index, net_vertices, regions, cloud)
     return _without_gap(topology, index, net_vertices)
 
 
 def _is_tear(chain: Chain, net_vertices: Array, regions: Mapping[int, RegionFit]) -> bool:
-    """Whether the surfaces beside a chain are the two sides of a wall, apart from each other."""
+    """Whether the surfaces beside a chain are the two sides of a wall, or no ring is on both."""
     if -1 in (chain.left, chain.right):
         return False
     places = net_vertices[chain.vertices]
@@ -88,7 +90,25 @@ def _is_tear(chain: Chain, net_vertices: Array, regions: Mapping[int, RegionFit]
     (first, up), (second, down) = (side.surface.project(places) for side in sides)
     facing = sides[0].orientation * sides[1].orientation * np.einsum("ij,ij->i", up, down)
     is_apart = np.linalg.norm(first - second, axis=1) > _APART
-    return bool(np.mean(is_apart & (facing < _BACK_TO_BACK)) >= _MOST)
+    if np.mean(is_apart & (facing < _BACK_TO_BACK)) >= _MOST:
+        return True
+    return chain.is_closed and _meet_straight(up, down)
+
+
+def _meet_straight(first: Array, second: Array) -> bool:
+    """Whether the curve on which surfaces of some normals meet runs the same way everywhere.
+
+    Parameters
+    ----------
+    first, second : of the two surfaces, at places on a ring, shape ``(n, 3)``.
+    """
+    along = np.cross(first, second)
+    sizes = np.linalg.norm(along, axis=1, keepdims=True)
+    if sizes.min() < _MIN_SINE:
+        return False
+    along /= sizes
+    largest = np.linalg.eigvalsh(along.T @ along / len(along))[-1]
+    return bool(1.0 - largest < _TURNS)
 
 
 def _without_hole(
