@@ -250,3 +250,40 @@ def test_low_pads_and_pockets_keep_their_corners(rise):
     assert {face.surface.kind for face in part.model.faces} == {"plane"}
     assert part.solid.check.volume == pytest.approx(size.prod() + rise * 280.0, rel=3e-3)
     assert part.solid.check.edge_tolerance < 0.01
+
+
+def counterbored(seed):
+    """A block with a bore of radius 3 and a counterbore of 5.2, whose floor is 2.2 wide."""
+    rng = np.random.default_rng(seed)
+    half, height, floor = 20.0, 14.0, 9.0
+    parts = []
+
+    def add(points, normal):
+        parts.append(points + rng.normal(0.0, 0.13, (len(points), 1)) * normal)
+
+    for z, inner, outer in ((height, 5.2, 99.0), (0.0, 3.0, 99.0), (floor, 3.0, 5.2)):
+        points = np.column_stack([rng.uniform(-half, half, (1600, 2)), np.full(1600, z)])
+        away = np.hypot(*points[:, :2].T)
+        add(points[(inner < away) & (away < outer)], np.array([0.0, 0.0, 1.0]))
+    for axis in (0, 1):
+        for side in (-half, half):
+            points = np.column_stack([rng.uniform(-half, half, (560, 2)), rng.uniform(0, 14, 560)])
+            points[:, axis] = side
+            add(points, np.eye(3)[axis])
+    for radius, low, high in ((3.0, 0.0, floor), (5.2, floor, height)):
+        turn = rng.uniform(0.0, 2.0 * np.pi, int(2.0 * np.pi * radius * (high - low)))
+        normal = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(len(turn))])
+        points = radius * normal
+        points[:, 2] = rng.uniform(low, high, len(turn))
+        add(points, normal)
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize("seed", [0, 2, 3])
+def test_a_counterbore_keeps_its_wall_and_its_narrow_floor(seed):
+    part = reconstruct(counterbored(seed))
+    assert part.solid.representation == "trimmed"
+    assert kinds(part) == ["cylinder"] * 2 + ["plane"] * 7
+    assert max(part.solid.check.edge_tolerance, part.solid.check.vertex_tolerance) < 0.05
+    radii = sorted(face.surface.radius for face in part.model.faces if face.surface.kind != "plane")
+    assert radii == pytest.approx([3.0, 5.2], abs=0.1)

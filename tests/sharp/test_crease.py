@@ -258,3 +258,21 @@ def test_a_round_that_begins_to_bend_has_a_border_that_does_not_wander(seed):
     points = found.curve.samples(400)
     length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     assert length == pytest.approx(5.0 * np.pi / 2.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("noise", "seed"), [(5e-3, 0), (5e-3, 2), (1e-2, 1), (1e-2, 2)])
+def test_a_smooth_border_does_not_wander_where_the_surfaces_are_nearly_one(noise, seed):
+    """A plane and what leaves it by ``y**2 / 2000`` and the noise of a fit."""
+    n, size = 12, 24.0
+    knots = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, n - 2), np.ones(3)])
+    greville = np.array([knots[i + 1 : i + 4].mean() for i in range(n)])
+    x, y = np.meshgrid(greville * size, (greville - 0.5) * size, indexing="ij")
+    z = y**2 / 2000.0 + noise * np.random.default_rng(seed).normal(size=x.shape)
+    surfaces = [Plane(ORIGIN, Z), BSplineSurface(knots, knots, np.stack([x, y, z], axis=2))]
+    sides = [RegionFit(surface, 1, np.empty((0, 3)), np.empty(0)) for surface in surfaces]
+    line = np.column_stack([np.linspace(2.0, 22.0, 21), np.zeros((21, 2))])
+    border = border_between(guide_along(line, is_closed=False), sides, LocateOptions())
+    ends = (line[0], line[-1])
+    crease = locate_crease(border, ends, cKDTree(line), 15.0, LocateOptions())
+    assert crease.curve.kind == "line"
+    assert crease.gap < 0.02

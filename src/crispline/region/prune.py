@@ -7,10 +7,13 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from crispline.options import RegionOptions
-from crispline.region.claim import OUT_OF_REACH, Claim
+from crispline.region.claim import MISFIT_CAP, OUT_OF_REACH, Claim
 from crispline.region.evidence import Evidence
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
+from crispline.surface.base import Array
+
+_OFF = 0.5  # share of the most that a misfit costs beyond which a surface explains nothing
 
 
 def prune_regions(
@@ -25,7 +28,8 @@ def prune_regions(
     A region is superfluous if its neighbours' surfaces explain its points
     nearly as well: the misfit rises by less than ``options.face_cost`` more than
     the borders that go (a label cost, Delong et al. 2012). Smallest first; the
-    neighbours of a region that went stay this time.
+    neighbours of a region that went stay this time. A place as large as a seed that no surface
+    explains, its own or another, stays too: it would only spoil its neighbours.
 
     Parameters
     ----------
@@ -59,10 +63,16 @@ def prune_regions(
             ]
         )[:, members]
         cheapest = others.min(axis=0)
-        if (cheapest >= OUT_OF_REACH).any():
+        if (cheapest >= OUT_OF_REACH).any() or _is_unknown(cheapest, options):
             continue
         rise = float((cheapest - own[members]).sum())
         if rise < options.face_cost + 0.5 * options.border_cost * n_border:
             label[members] = neighbours[np.argmin(others, axis=0)]
             kept |= set(neighbours.tolist())
     return label
+
+
+def _is_unknown(cost: Array, options: RegionOptions) -> bool:
+    """Whether patches of some cost on the best of the neighbours are faces not found yet."""
+    is_off = cost > _OFF * MISFIT_CAP
+    return int(is_off.sum()) >= options.seed_patches and bool(is_off.mean() > 0.5)

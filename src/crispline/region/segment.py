@@ -15,7 +15,7 @@ from crispline.region.basins import basins, consecutive
 from crispline.region.cleanup import tidy
 from crispline.region.complete import completed
 from crispline.region.evidence import Evidence
-from crispline.region.expand import expand_regions
+from crispline.region.expand import expand_regions, without_spoils
 from crispline.region.fitting import SCULPTURE_KINDS, LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
 from crispline.region.narrow.restore import restored
@@ -112,10 +112,14 @@ def segment(
             # Not refitted yet: the part of the points that a region has is what misled it.
             known = {**known, **changed}
             fits = {region: fit for region, (fit, _) in known.items()}
-        before = fits
+        before, unmoved = fits, label
         label = expand_regions(label, fits, evidence, options)
         label = tidy(label, quads, options.min_patches)
         _, fits = fitted(draft)
+        clean = without_spoils(label, unmoved, fits, before, evidence, options)
+        if not np.array_equal(clean, label):
+            label = tidy(clean, quads, options.min_patches)
+            _, fits = fitted(draft)
         if explained_share(label, fits) < options.min_explained:
             break
         if round_number > 0:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crispline.curve import Curve
+from crispline.curve import Curve, line_through
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.sharp.between import N_ROUNDS, curve_through, points_along
@@ -37,8 +37,12 @@ _MAX_GAP = 1e-3
 _MAX_TOUCH = 0.02
 _MIN_KINK_DEG = 2.0  # shallower crossings are too far off along the surfaces
 _EXACT = 1e-9
+_WANDERING = 1.02
+"""Length of a curve over that of the line between its ends, of one that may be straight."""
 _MAX_BRANCH_SPREAD = 0.3
 _MAX_ROUNDED_OFF = 2.0
+_CLOSED = 0.5
+"""A curve that leaves less than this share of a gap closes it."""
 _LAST_MOVE = 4.5
 """A chain may lie this far from a curve if there is no nearer one, in spacings: between the walls
 of a groove that few points tell apart it does."""
@@ -202,19 +206,46 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
-    # A curve beside the net, but in the cloud, is better than none: the second time.
-    for beyond in (0.0, _LAST_MOVE - MAX_MOVE):
+
+    def on_surfaces(leeway: float) -> Crease | None:
+        """The curve on the constraints that leaves the guide by no more than that, if any."""
         for points in traced(guide, border.constraints, feet, max_gap):
-            leeway = slack + beyond + _rounded_off(border.angle(points))
-            if is_sane(points, guide, leeway, cloud, max_cloud_distance):
+            reach = leeway + _rounded_off(border.angle(points))
+            if is_sane(points, guide, reach, cloud, max_cloud_distance):
                 curve = curve_along(points, ends, border.constraints, options, cusps)
                 if curve is not None:
                     return _measured(curve, border)
-    start = points = points_along(guide)
-    for _ in range(N_ROUNDS):
-        points = np.mean([surface.project(points)[0] for surface in border.surfaces], axis=0)
-    curve = curve_through(guide, start, points, ends)
-    return replace(_measured(curve, border), is_fallback=True)
+        return None
+
+    crease = on_surfaces(slack)
+    if crease is None:
+        start = points = points_along(guide)
+        for _ in range(N_ROUNDS):
+            points = np.mean([surface.project(points)[0] for surface in border.surfaces], axis=0)
+        curve = curve_through(guide, start, points, ends)
+        crease = replace(_measured(curve, border), is_fallback=True)
+        # A curve beside the net, but in the cloud, is better than none, if it closes the gap.
+        beside = on_surfaces(slack + _LAST_MOVE - MAX_MOVE)
+        if beside is not None and beside.gap < _CLOSED * crease.gap:
+            crease = beside
+    return _straightened(crease, border, ends)
+
+
+def _straightened(crease: Crease, border: Border, ends: Ends) -> Crease:
+    """The line between the ends of a smooth border that wanders, if its surfaces allow that.
+
+    Where surfaces that touch are nearly one for some way, their noise moves the curve on which
+    they have equal normals to and fro.
+    """
+    if ends is None or not border.is_contact:
+        return crease
+    steps = np.diff(crease.curve.samples(N_SAMPLES), axis=0)
+    length = float(np.linalg.norm(steps, axis=1).sum())
+    line = line_through(np.linspace(*ends, 3), _MAX_TOUCH)
+    if line is None or length < _WANDERING * float(np.linalg.norm(ends[1] - ends[0])):
+        return crease
+    straight = _measured(line, border)
+    return straight if straight.gap <= _MAX_TOUCH else crease
 
 
 def _measured(curve: Curve, border: Border) -> Crease:

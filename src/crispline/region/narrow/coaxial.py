@@ -23,6 +23,7 @@ Fits = Mapping[int, RegionFit]
 
 _MAX_TILT = np.radians(3.0)  # between axes that count as one ...
 _MAX_OFFSET = 0.5  # ... and between where they stand, spacings
+_APART = 1.0  # parallel profiles so far from each other do not touch, spacings
 _LOOSE_TILT = np.radians(10.0)  # of an axis that a few points tell
 _MIN_POINTS = 10
 _BESIDE = 0.8  # share of a crumb's border that is with the two faces about the axis
@@ -93,6 +94,42 @@ def coaxial_sites(
             radius = np.median(sweep.flattened(graph.points[touching])[:, 0])
             if n_sides > _ROUND * 2.0 * np.pi * radius:
                 yield Site(sweep, a, b, None, (about[a], about[b]))
+
+
+def broken_rings(
+    label: Labels, fits: Fits, evidence: Evidence, options: RegionOptions
+) -> dict[int, RegionFit]:
+    """Faces about an axis through which those on their two sides touch, though they are parallel.
+
+    As the floor of a counterbore, which is the only one that can be between its wall and the bore.
+    """
+    known = Borders.of(label, evidence.graph)
+    pairs = {(int(a), int(b)) for a, b in known.regions}
+    found: dict[int, RegionFit] = {}
+    for sweep in axes(fits, np.bincount(label), options):
+        about = {
+            name: line
+            for name, fit in fits.items()
+            if fit.is_accepted and (line := straight_profile(fit, sweep)) is not None
+        }
+        for a, b in sorted(pairs):
+            if a not in about or b not in about or not _is_beside(about[a], about[b]):
+                continue
+            for name in about.keys() - {a, b}:
+                touches = {(min(name, side), max(name, side)) for side in (a, b)}
+                if touches <= pairs and not _is_along(about[name], about[a]):
+                    found[name] = fits[name]
+    return dict(sorted(found.items()))
+
+
+def _is_along(first: Line, second: Line) -> bool:
+    return bool(abs(float(first.normal @ second.normal)) > np.cos(_MAX_TILT))
+
+
+def _is_beside(first: Line, second: Line) -> bool:
+    """Whether two lines are parallel and apart."""
+    sign = 1.0 if float(first.normal @ second.normal) > 0.0 else -1.0
+    return _is_along(first, second) and abs(first.offset - sign * second.offset) > _APART
 
 
 def _narrow(label: Labels, size: Labels, sweep: Revolution, graph: PatchGraph) -> set[int]:

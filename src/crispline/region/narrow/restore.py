@@ -15,6 +15,7 @@ from crispline.region.expand import expand_regions
 from crispline.region.fitting import held_fit
 from crispline.region.narrow.balls import with_balls
 from crispline.region.narrow.bevels import with_bevels
+from crispline.region.narrow.coaxial import broken_rings
 from crispline.region.narrow.ends import with_ends
 from crispline.region.narrow.groove import with_grooves
 from crispline.region.narrow.necks import with_necks
@@ -98,6 +99,10 @@ def restored(
     new, grooves = with_grooves(label, fits, evidence, quads, options)
     if grooves:
         settle(new, grooves)
+    broken = broken_rings(label, fits, evidence, options)
+    whole = closed_rings(label, broken, graph, options)
+    if not np.array_equal(whole, label):
+        settle(whole, broken)
     pieces = shared_by_pieces(label, fits, evidence, options)
     if pieces:
         new = expand_regions(label, {**fits, **pieces}, evidence, options)
