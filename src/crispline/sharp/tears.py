@@ -23,9 +23,7 @@ from crispline.surface.base import Array
 _BACK_TO_BACK = np.cos(np.radians(120.0))  # between the outward normals of the sides of a wall
 _APART = 1.0  # surfaces so far from each other do not meet there, spacings
 _MOST = 0.8  # share of a border at which that must be so
-_TURNS = (
-    0.05  # mean square sine between directions on a ring, and more, of surfaces that meet in one
-)
+_TURNS = 0.05  # mean square sine between directions on a ring; less is a straight line
 _MIN_SINE = 0.3  # of the angle between surfaces that surely do not touch
 _MAX_GAP = 12.0  # a tear from end to end, or round; a longer one may be what is there, spacings
 _COVERED = 1.0  # with a point this near to its middle, on either side, a hole is none, spacings
