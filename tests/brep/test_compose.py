@@ -74,6 +74,25 @@ def test_a_repair_that_loses_the_numbers_of_the_faces_is_dropped(monkeypatch):
     assert min(fault.index for fault in solid.check.bad_faces) >= 0
 
 
+def test_a_crossed_wire_is_built_again_with_the_cusps_of_its_face_opened(monkeypatch):
+    asked = []
+
+    def judged(shape, *rest):
+        found = check_shape(shape, *rest)
+        return found if asked else replace(found, bad_faces=(crossed,))
+
+    def opened(model, faces):
+        asked.append(list(faces))
+        return model
+
+    crossed = check.BadFace(2, "BRepCheck_SelfIntersectingWire")
+    monkeypatch.setattr(compose, "check_shape", judged)
+    monkeypatch.setattr(compose, "with_cusps_opened", opened)
+    solid = make_solid(brep_models.box().model, None, 1.0, time_limit=0.0)
+    assert (solid.attempt, solid.check.is_good) == ("cusps opened", True)
+    assert asked == [[build_shape(brep_models.box().model).face_order[2]]]
+
+
 def test_without_time_the_faulty_shape_is_returned_as_faulty():
     solid = make_solid(turned_roof(), None, 1.0, time_limit=0.0)
     assert solid.attempt == "as built"

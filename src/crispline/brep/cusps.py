@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crispline.curve import Curve, interpolated
+from crispline.curve import Curve, arc_length, interpolated, straight_at
 from crispline.model import Edge, Model
-from crispline.surface.base import Array, unit
+from crispline.surface.base import Array
 
 _REACH = 1.0
 """Edges that are one farther from their vertex are a fault; in the unit of the model, spacings."""
@@ -75,14 +75,11 @@ def _redrawn(edge: Edge, curve: Curve) -> Edge:
 
 def _straight_to_end(curve: Curve, at_start: bool) -> Curve:
     """A curve drawn straight to its start, or its end."""
-    length = float(np.linalg.norm(np.diff(curve.samples(_N_DENSE), axis=0), axis=1).sum())
+    length = arc_length(curve.samples(_N_DENSE))[-1]
     nodes = curve.samples(int(np.clip(length / _STEP, _MIN_NODES, _N_DENSE)))
-    tip, before = (0, 1) if at_start else (-1, -2)
-    is_kept = np.linalg.norm(nodes - nodes[tip], axis=1) > min(_STRAIGHT, 0.5 * length)
-    is_kept[[0, -1]] = True
-    nodes = nodes[is_kept]
+    nodes, direction = straight_at(nodes, at_start, min(_STRAIGHT, 0.5 * length))
     slopes = np.zeros((2, 3))
-    slopes[tip] = unit(nodes[before] - nodes[tip]) * (1.0 if at_start else -1.0)
+    slopes[0 if at_start else 1] = direction
     return interpolated(nodes, False, slopes)
 
 
@@ -94,8 +91,7 @@ def _apart(curve: Array, other: Array) -> float:
 
 def _leaving(curve: Curve, is_forward: bool) -> Array:
     """Points along the part of a curve next to its start, or its end, shape ``(k, 3)``."""
-    whole = curve.samples(_N_SAMPLES)
-    length = float(np.linalg.norm(np.diff(whole, axis=0), axis=1).sum())
+    length = arc_length(curve.samples(_N_SAMPLES))[-1]
     part = min(0.5, _REACH / max(length, _REACH)) * (curve.end - curve.start)
     steps = np.linspace(0.0, part, _N_SAMPLES)
     return curve.evaluate(curve.start + steps if is_forward else curve.end - steps)

@@ -2,7 +2,7 @@
 
 from crispline.curve.curves import BSplineCurve, Circle, Curve, Line
 from crispline.curve.fit import circle_through, interpolated, line_through
-from crispline.curve.polyline import arc_length, resampled, smoothed
+from crispline.curve.polyline import arc_length, resampled, smoothed, straight_at
 
 __all__ = [
     "BSplineCurve",
@@ -15,4 +15,5 @@ __all__ = [
     "line_through",
     "resampled",
     "smoothed",
+    "straight_at",
 ]

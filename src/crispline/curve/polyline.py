@@ -1,10 +1,10 @@
-"""Polylines: length, even steps, smoothing. Closed ones repeat their first point at the end."""
+"""Polylines, of which closed ones repeat their first point: length, steps, smoothing, ends."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from crispline.surface.base import Array
+from crispline.surface.base import Array, unit
 
 
 def arc_length(points: Array) -> Array:
@@ -39,3 +39,23 @@ def smoothed(points: Array, n_rounds: int, is_closed: bool) -> Array:
         else:
             smooth[1:-1] = 0.25 * (smooth[:-2] + 2.0 * smooth[1:-1] + smooth[2:])
     return smooth
+
+
+def straight_at(points: Array, is_start: bool, reach: float) -> tuple[Array, Array]:
+    """A polyline that goes straight to one of its ends from a distance.
+
+    Parameters
+    ----------
+    points : shape ``(n, 3)``.
+    is_start : whether it is its first point, or else its last.
+    reach : from that end; inner points nearer to it go.
+
+    Returns
+    -------
+    The other points, shape ``(k, 3)``, and the unit direction at that end, along the polyline.
+    """
+    tip = points[0 if is_start else -1]
+    is_kept = np.linalg.norm(points - tip, axis=1) > reach
+    is_kept[[0, -1]] = True
+    kept = points[is_kept]
+    return kept, unit(kept[1] - kept[0] if is_start else kept[-1] - kept[-2])

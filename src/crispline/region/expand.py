@@ -47,36 +47,6 @@ def expand_regions(
     return label
 
 
-def without_spoils(
-    label: Labels,
-    before: Labels,
-    fits: Mapping[int, RegionFit],
-    fits_before: Mapping[int, RegionFit],
-    evidence: Evidence,
-    options: RegionOptions,
-) -> Labels:
-    """Labels in which regions that lost their surface to an expansion give back what spoilt it.
-
-    Patches that no surface explains go to whichever is least wrong. If they are many, that one
-    fails too.
-
-    Parameters
-    ----------
-    label, before : after and before the expansion, shape ``(m,)``.
-    fits, fits_before : surfaces fitted to each.
-    """
-    label = label.copy()
-    for region, fit in fits_before.items():
-        if region not in fits or fits[region].is_accepted or not fit.is_accepted:
-            continue
-        taken = np.flatnonzero((label == region) & (before != region))
-        distance = np.median(evidence.misfit(fit, taken), axis=1)
-        noise = np.maximum(evidence.patch_noise[taken], options.swallowed_floor)
-        spoils = taken[distance > options.swallowed_sigmas * noise]
-        label[spoils] = before[spoils]
-    return label
-
-
 def _expand_once(
     label: Labels, claims: Mapping[int, Claim], graph: PatchGraph, options: RegionOptions
 ) -> Labels:

@@ -15,7 +15,7 @@ from crispline.region.basins import basins, consecutive
 from crispline.region.cleanup import tidy
 from crispline.region.complete import completed
 from crispline.region.evidence import Evidence
-from crispline.region.expand import expand_regions, without_spoils
+from crispline.region.expand import expand_regions
 from crispline.region.fitting import SCULPTURE_KINDS, LabelledCloud, fit_regions, label_cloud
 from crispline.region.merge import merge_regions
 from crispline.region.narrow.restore import restored
@@ -24,7 +24,7 @@ from crispline.region.prune import prune_regions
 from crispline.region.regionfit import RegionFit
 from crispline.region.resolve import resolved
 from crispline.region.split import split_into_surfaces
-from crispline.region.swallowed import release_swallowed
+from crispline.region.swallowed import release_swallowed, without_spoils
 from crispline.region.sweep import with_sweeps
 from crispline.surface import FREE_FORMS
 from crispline.surface.base import Array

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crispline.curve import Curve, line_through
+from crispline.curve import Curve, arc_length, line_through
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.sharp.between import N_ROUNDS, curve_through, points_along
@@ -206,28 +206,27 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
-
-    def on_surfaces(leeway: float) -> Crease | None:
-        """The curve on the constraints that leaves the guide by no more than that, if any."""
-        for points in traced(guide, border.constraints, feet, max_gap):
-            reach = leeway + _rounded_off(border.angle(points))
-            if is_sane(points, guide, reach, cloud, max_cloud_distance):
-                curve = curve_along(points, ends, border.constraints, options, cusps)
-                if curve is not None:
-                    return _measured(curve, border)
-        return None
-
-    crease = on_surfaces(slack)
-    if crease is None:
-        start = points = points_along(guide)
-        for _ in range(N_ROUNDS):
-            points = np.mean([surface.project(points)[0] for surface in border.surfaces], axis=0)
-        curve = curve_through(guide, start, points, ends)
-        crease = replace(_measured(curve, border), is_fallback=True)
+    beside: Array | None = None
+    for points in traced(guide, border.constraints, feet, max_gap):
+        leeway = slack + _rounded_off(border.angle(points))
+        if is_sane(points, guide, leeway, cloud, max_cloud_distance):
+            curve = curve_along(points, ends, border.constraints, options, cusps)
+            if curve is not None:
+                return _straightened(_measured(curve, border), border, ends)
+        elif beside is None:
+            leeway += _LAST_MOVE - MAX_MOVE
+            if is_sane(points, guide, leeway, cloud, max_cloud_distance):
+                beside = points
+    start = points = points_along(guide)
+    for _ in range(N_ROUNDS):
+        points = np.mean([surface.project(points)[0] for surface in border.surfaces], axis=0)
+    smooth = curve_through(guide, start, points, ends)
+    crease = replace(_measured(smooth, border), is_fallback=True)
+    if beside is not None:
+        curve = curve_along(beside, ends, border.constraints, options, cusps)
         # A curve beside the net, but in the cloud, is better than none, if it closes the gap.
-        beside = on_surfaces(slack + _LAST_MOVE - MAX_MOVE)
-        if beside is not None and beside.gap < _CLOSED * crease.gap:
-            crease = beside
+        if curve is not None and (exact := _measured(curve, border)).gap < _CLOSED * crease.gap:
+            crease = exact
     return _straightened(crease, border, ends)
 
 
@@ -239,8 +238,7 @@ def _straightened(crease: Crease, border: Border, ends: Ends) -> Crease:
     """
     if ends is None or not border.is_contact:
         return crease
-    steps = np.diff(crease.curve.samples(N_SAMPLES), axis=0)
-    length = float(np.linalg.norm(steps, axis=1).sum())
+    length = arc_length(crease.curve.samples(N_SAMPLES))[-1]
     line = line_through(np.linspace(*ends, 3), _MAX_TOUCH)
     if line is None or length < _WANDERING * float(np.linalg.norm(ends[1] - ends[0])):
         return crease

@@ -7,9 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from crispline.curve import Curve, circle_through, interpolated, line_through, resampled
+from crispline.curve import (
+    Curve,
+    circle_through,
+    interpolated,
+    line_through,
+    resampled,
+    straight_at,
+)
 from crispline.options import LocateOptions
-from crispline.surface.base import Array, unit
+from crispline.surface.base import Array
 from crispline.surface.intersect import (
     Constraint,
     distance,
@@ -74,10 +81,7 @@ def curve_along(
             nodes[index], slopes[side] = ends[side], 0.0
             if cusps[side]:
                 # What the fits leave undecided is more than what parts the two curves there.
-                away = np.linalg.norm(nodes - ends[side], axis=1)
-                is_inner = np.arange(len(nodes)) % (len(nodes) - 1) > 0
-                nodes = nodes[~is_inner | (away > _CUSP_REACH)]
-                slopes[side] = unit((nodes[index] - nodes[1 if side == 0 else -2]) * (2 * side - 1))
+                nodes, slopes[side] = straight_at(nodes, side == 0, _CUSP_REACH)
     return interpolated(nodes, is_closed, slopes)
 
 

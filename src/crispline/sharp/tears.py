@@ -53,10 +53,10 @@ def mended(
     is_open = True
     while is_open:  # one that is mended may let another be, or make a ring of it
         is_open = False
-        for chain in topology.chains:
+        for index, chain in enumerate(topology.chains):
             if not _is_tear(chain, net_vertices, regions):
                 continue
-            whole = _without(topology, chain, net_vertices, regions, cloud)
+            whole = _without(topology, index, net_vertices, regions, cloud)
             if whole is not None:
                 topology, is_open = whole, True
                 gone.append(chain)
@@ -66,13 +66,13 @@ def mended(
 
 def _without(
     topology: Topology,
-    chain: Chain,
+    index: int,
     net_vertices: Array,
     regions: Mapping[int, RegionFit],
     cloud: cKDTree,
 ) -> Topology | None:
     """The network without a tear; None if it has to stay."""
-    index = next(k for k, other in enumerate(topology.chains) if other is chain)
+    chain = topology.chains[index]
     if chain.is_closed and int(chain.vertices[0]) not in corner_vertices(topology):
         return _without_hole(topology, index, net_vertices, regions, cloud)
     return _without_gap(topology, index, net_vertices)
