@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from crispline.surface import Cylinder
+
 THICK = 1.8  # of the wall, spacings
 BACK, FRONT, TOP = 2, 3, 5
 
@@ -128,3 +130,21 @@ def test_a_bridge_between_faces_that_meet_in_a_line_goes(shapes, radius):
     assert is_a_box(model)
     assert len(notes) == 1
     assert "bridged" in notes[0]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_small_bore_is_no_bridge(shapes, seed):
+    """Its rims are as small, but its wall and the faces meet in them."""
+    network = shapes["box"](0.3, seed)
+    radius, bore = 2.0, 6
+    centre = np.array([20.0, 15.0, 0.0])
+    network.region(bore, Cylinder(centre, np.eye(3)[2], radius), -1)
+    for height, left, right in ((0.0, 4, bore), (20.0, bore, 5)):
+        around = shapes["ring"](radius, height)
+        network.chain(left, right, curve=lambda t, around=around: centre + around(t))
+    # The points show no hole in the middle of the rims, as if the bore were filled.
+    x, y = (c.ravel() for c in np.meshgrid(np.arange(17.0, 24.0), np.arange(12.0, 19.0)))
+    network.truth += [np.column_stack([x, y, np.full(x.shape, z)]) for z in (0.0, 20.0)]
+    model, notes = network.located()
+    assert not any("bridged" in note for note in notes)
+    assert sorted(len(face.loops) for face in model.faces) == [1, 1, 1, 1, 2, 2, 2]
