@@ -16,11 +16,11 @@ N, SIGMA = 24, 0.1
 OPTIONS = RegionOptions()
 
 
-def pruned(nets, side, off):
-    """Labels after pruning a square block of patches whose points lie off all surfaces."""
+def pruned(nets, length, off):
+    """Labels after pruning a block, ten patches wide, whose points lie off all surfaces."""
     quads = half_edges(nets.grid(N, N, is_closed=True), N * N)
     row, column = (a.ravel() for a in np.mgrid[:N, :N])
-    is_block = (row >= 5) & (row < 5 + side) & (column >= 5) & (column < 5 + side)
+    is_block = (row >= 5) & (row < 15) & (column >= 4) & (column < 4 + length)
     points = np.column_stack([row, column, np.zeros(N * N)]).astype(float)
     up = np.tile([0.0, 0.0, 1.0], (N * N, 1))
     evidence = SimpleNamespace(
@@ -33,19 +33,19 @@ def pruned(nets, side, off):
     return is_block, prune_regions(label, {0: fit, 1: fit}, evidence, OPTIONS)
 
 
-@pytest.mark.parametrize("side", [4, 8])
-def test_a_block_that_its_neighbour_explains_goes(nets, side):
-    _, label = pruned(nets, side, SIGMA)
+@pytest.mark.parametrize("length", [4, 16])
+def test_a_block_that_its_neighbour_explains_goes(nets, length):
+    _, label = pruned(nets, length, SIGMA)
     assert not label.any()
 
 
-def test_a_block_that_nothing_explains_stays_if_it_is_as_large_as_a_seed(nets):
-    is_block, label = pruned(nets, 8, 5.0 * SIGMA)
-    assert is_block.sum() >= OPTIONS.seed_patches
+def test_a_block_that_nothing_explains_stays_if_it_is_more_than_a_crumb(nets):
+    is_block, label = pruned(nets, 16, 5.0 * SIGMA)
+    assert is_block.sum() >= OPTIONS.crumb_patches
     np.testing.assert_array_equal(label, is_block)
 
 
-def test_a_smaller_block_that_nothing_explains_goes(nets):
-    is_block, label = pruned(nets, 6, 5.0 * SIGMA)
-    assert is_block.sum() < OPTIONS.seed_patches
+def test_a_crumb_that_nothing_explains_goes(nets):
+    is_block, label = pruned(nets, 14, 5.0 * SIGMA)
+    assert is_block.sum() < OPTIONS.crumb_patches
     assert not label.any()

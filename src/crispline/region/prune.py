@@ -28,8 +28,8 @@ def prune_regions(
     A region is superfluous if its neighbours' surfaces explain its points
     nearly as well: the misfit rises by less than ``options.face_cost`` more than
     the borders that go (a label cost, Delong et al. 2012). Smallest first; the
-    neighbours of a region that went stay this time. A place as large as a seed that no surface
-    explains, its own or another, stays too: it would only spoil its neighbours.
+    neighbours of a region that went stay this time. More than a crumb that no surface explains,
+    its own or another, stays too: it would only spoil its neighbours.
 
     Parameters
     ----------
@@ -75,4 +75,4 @@ def prune_regions(
 def _is_unknown(cost: Array, options: RegionOptions) -> bool:
     """Whether patches of some cost on the best of the neighbours are faces not found yet."""
     is_off = cost > _OFF * MISFIT_CAP
-    return int(is_off.sum()) >= options.seed_patches and bool(is_off.mean() > 0.5)
+    return int(is_off.sum()) >= options.crumb_patches and bool(is_off.mean() > 0.5)
