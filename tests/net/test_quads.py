@@ -309,3 +309,29 @@ def test_a_crumb_that_hangs_on_the_net_in_a_vertex_goes(monkeypatch, surface):
     pairs = half_edges(net.quads, len(net.vertices)).pairs()
     links = coo_array((np.ones(len(pairs)), pairs.T), shape=2 * (len(net.quads),))
     assert connected_components(links, directed=False)[0] == 1
+
+
+def test_where_the_projection_tears_the_mesh_the_level_set_is_meshed(monkeypatch):
+    """As at a wall thinner than the grid: the mesher leaves a hole that is too long to fill."""
+    project, remesh, lengths = quads.project_to_cloud, quads.quads_over, []
+
+    def tearing(vertices, tree, normals, n_steps, threads):
+        moved = project(vertices, tree, normals, n_steps, threads)
+        if n_steps == NetOptions().projection_steps[0]:
+            moved[0] *= 0.5
+        return moved
+
+    def leaving_holes(mesh, length):
+        lengths.append(length)
+        vertices, found = remesh(mesh, length)
+        a, b = mesh.vertices[mesh.triangles[:, :2]].transpose(1, 0, 2)
+        if np.linalg.norm(a - b, axis=1).max() < 3.0:
+            return vertices, found
+        middle = vertices[found].mean(axis=1)
+        return vertices, found[np.linalg.norm(middle - middle[0], axis=1) > 3.0]
+
+    monkeypatch.setattr(quads, "project_to_cloud", tearing)
+    monkeypatch.setattr(quads, "quads_over", leaving_holes)
+    _, net = net_over(*ball())
+    assert euler(net) == 2
+    assert lengths == [1.0, 1.0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from crispline.net.mesh import TriangleMesh, clipped, compact
 from crispline.net.poisson import point_areas, poisson_indicator
 from crispline.net.projection import project_to_cloud
 from crispline.net.remesh import quads_over
+from crispline.net.restrain import restrained
 from crispline.net.sheets import FINE_CELL, are_apart
 from crispline.net.signed_distance import sheet_mesh
 from crispline.net.support import Coverage, coverage, local_spacings, support
@@ -103,19 +105,21 @@ class _Builder:
         """The closed net, or the open one."""
         if self.options.surface == "open":
             return self.open_net()
-        mesh = self.closed_mesh()
+        level_set = self.level_set()
+        mesh = self._on_cloud(level_set)
         if self.options.surface == "auto" and self.leaves_gaps(mesh):
             return self.open_net()
-        return self.closed_net(mesh)
+        return self.closed_net(mesh, level_set)
 
-    def closed_mesh(self) -> TriangleMesh:
-        """Closed triangle mesh, on the points as far as there are any."""
+    def level_set(self) -> TriangleMesh:
+        """Closed triangle mesh near the points."""
         areas = point_areas(self.cloud.distances)
         # Smoothed over a spacing, the two sides of a thin wall run together here and there.
         cell = FINE_CELL if are_apart(self.cloud, self.threads) else _CELL
         points = self.cloud.points
         indicator = poisson_indicator(points, self.normals, areas, cell, threads=self.threads)
-        return self._on_cloud(solid_mesh(indicator, points, areas))
+        mesh = solid_mesh(indicator, points, areas)
+        return TriangleMesh(*self._without_crumbs(mesh.vertices, mesh.triangles))
 
     def leaves_gaps(self, mesh: TriangleMesh) -> bool:
         """Whether a closed mesh spans gaps that are too wide to be filled, or misses points."""
@@ -125,12 +129,11 @@ class _Builder:
         widths = self._coverage(mesh).widths
         return bool((widths > _CLEARLY_WIDER * self.options.fill_holes).any())
 
-    def closed_net(self, mesh: TriangleMesh) -> QuadNet:
-        """Quads over a closed mesh."""
-        # The mesher leaves a hole now and then; another edge length lays the quads anew.
+    def closed_net(self, mesh: TriangleMesh, level_set: TriangleMesh) -> QuadNet:
+        """Quads over a closed mesh, which is a level set that was projected onto the points."""
         fewest = math.inf
-        for length in self.options.edge_lengths:
-            net = _mended(*quads_over(mesh, length))
+        for meshed, length in self._trials(mesh, level_set):
+            net = _mended(*quads_over(meshed, length))
             n_open = int(np.sum(half_edges(net[1], len(net[0])).twin < 0))
             if n_open < fewest:
                 best, fewest = net, n_open
@@ -140,6 +143,22 @@ class _Builder:
         vertices, quads = self._without_crumbs(*best)
         vertices = self._project(vertices, self.options.projection_steps[1])
         return _outward(QuadNet(vertices, quads, notes=self._lids(mesh)))
+
+    def _trials(
+        self, mesh: TriangleMesh, level_set: TriangleMesh
+    ) -> Iterator[tuple[TriangleMesh, float]]:
+        """What to mesh at which edge length, until a net comes out closed.
+
+        The mesher leaves large holes where a projected mesh crosses itself, and a small one
+        elsewhere now and then: another edge length lays the quads anew.
+        """
+        first, *others = self.options.edge_lengths
+        yield mesh, first
+        calm = restrained(level_set, mesh.vertices)
+        if not np.array_equal(calm.vertices, mesh.vertices):
+            yield calm, first
+        for length in others:
+            yield calm, length
 
     def _lids(self, mesh: TriangleMesh) -> tuple[str, ...]:
         """That a wide gap was spanned because the user insisted."""
@@ -158,7 +177,7 @@ class _Builder:
         reach = max(2.0 * _OVERHANG, 0.5 * self.options.fill_holes + 1.5)
         spacing = np.clip(self._spacing, 1.0, _MAX_LOCAL_SPACING)
         mesh = sheet_mesh(self.cloud.tree, self.normals, spacing, reach, self.threads)
-        mesh = self._on_cloud(mesh)
+        mesh = self._on_cloud(TriangleMesh(*self._without_crumbs(mesh.vertices, mesh.triangles)))
         cover = self._coverage(mesh)
         overhang = np.where(cover.is_notch, 0.0, _OVERHANG)
         mesh = clipped(mesh, cover.value + overhang)
@@ -199,9 +218,9 @@ class _Builder:
         return Trimmed(*filled, cut.n_lost_pieces, cut.n_lost_points)
 
     def _on_cloud(self, mesh: TriangleMesh) -> TriangleMesh:
-        """The mesh without crumbs, projected onto the points."""
-        vertices, triangles = self._without_crumbs(mesh.vertices, mesh.triangles)
-        return TriangleMesh(self._project(vertices, self.options.projection_steps[0]), triangles)
+        """The mesh projected onto the points."""
+        n_steps = self.options.projection_steps[0]
+        return TriangleMesh(self._project(mesh.vertices, n_steps), mesh.triangles)
 
     def _without_crumbs(
         self, vertices: Array, polygons: NDArray[np.int64]
