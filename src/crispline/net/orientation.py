@@ -12,6 +12,7 @@ from crispline.cloud.normals import orient_by_spanning_tree, principal_normals
 from crispline.cloud.pointcloud import PointCloud
 from crispline.cloud.working import WorkingCloud
 from crispline.errors import InputError
+from crispline.net.places import with_places_turned
 from crispline.net.poisson import point_areas, poisson_indicator
 from crispline.net.sheets import has_near_sheets, told_apart
 from crispline.net.signs import CELL, Couplings, is_inside_out, with_best_signs
@@ -24,7 +25,7 @@ _MAX_MISSING = 0.1
 _WORSE = 1.25
 """... nor is one whose sides explain the points that much worse than the best found without."""
 _FAIR = 0.65
-"""Share of ``good_spread`` above which a smooth piece may face the wrong way."""
+"""Share of ``good_spread`` above which a smooth piece may face the wrong way, or a small place."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +100,8 @@ def oriented_normals(
         if best is None or candidate.spread < _WORSE * best.spread:
             return replace(candidate, notes=tuple(notes))
         notes.append(f"{hint.source} of the file fit the points badly: not used")
-    best = _with_near_sheets_apart(best or best_tree(cloud, options, threads), threads)
-    return replace(best, notes=tuple(notes))
+    best = best or best_tree(cloud, options, threads)
+    return replace(_repaired(best, options, threads), notes=tuple(notes))
 
 
 def best_tree(cloud: WorkingCloud, options: NetOptions, threads: int = -1) -> Orientation:
@@ -148,6 +149,22 @@ def indicator_spread(points: Array, normals: Array, areas: Array, threads: int =
         indicator.at(points - reach * normals) - indicator.at(points + reach * normals)
     )
     return float(np.std(indicator.at(points)) / max(abs(float(jump)), 1e-12))
+
+
+def _repaired(found: Orientation, options: NetOptions, threads: int) -> Orientation:
+    """The orientation with thin walls told apart and small places turned, each where it helps."""
+    best = _with_near_sheets_apart(found, threads)
+    if best.spread < _FAIR * options.good_spread:
+        return best
+    normals = with_places_turned(best.cloud, best.normals, options.normal_neighbours, threads)
+    if (normals == best.normals).all():
+        return best
+    areas = point_areas(best.cloud.distances)
+    spread = indicator_spread(best.cloud.points, normals, areas, threads)
+    best = replace(best, normals=normals, spread=spread)
+    # What was the wrong way round has misled the normals near it.
+    apart = _with_near_sheets_apart(replace(best, cloud=found.cloud), threads)
+    return apart if apart.cloud is not found.cloud else best
 
 
 def _with_near_sheets_apart(found: Orientation, threads: int) -> Orientation:
