@@ -65,12 +65,25 @@ def test_the_field_of_dipoles_is_that_of_the_grid(bored):
         assert np.std(field - grid.at(at + side * step)) < 0.03
 
 
-def test_an_orientation_that_explains_the_points_badly_is_looked_through(bored, monkeypatch):
+@pytest.mark.parametrize("spread", [0.08, 0.15])
+def test_every_orientation_is_looked_through(bored, monkeypatch, spread):
     cloud, outward = bored
     normals = outward.copy()
     bore = np.arange(len(outward) - 188, len(outward))
     normals[bore[cloud.to_user.points(cloud.points[bore])[:, 0] > 0.3]] *= -1.0
-    tree = orientation.Orientation(cloud, normals, 0.15)
+    tree = orientation.Orientation(cloud, normals, spread)
+    monkeypatch.setattr(orientation, "best_tree", lambda *given: tree)
+    found = orientation.oriented_normals(cloud, NetOptions())
+    assert (np.einsum("ni,ni->n", found.normals, outward) < 0.0).sum() < 8
+
+
+def test_a_face_the_wrong_way_round_is_turned_back_though_trees_look_good(bored, monkeypatch):
+    cloud, outward = bored
+    user = cloud.to_user.points(cloud.points)
+    is_side = user[:, 0] > user[:, 0].max() - 0.5
+    assert is_side.sum() > 200
+    normals = np.where(is_side[:, None], -outward, outward)
+    tree = orientation.Orientation(cloud, normals, 0.99 * NetOptions().good_spread * 0.65)
     monkeypatch.setattr(orientation, "best_tree", lambda *given: tree)
     found = orientation.oriented_normals(cloud, NetOptions())
     assert (np.einsum("ni,ni->n", found.normals, outward) < 0.0).sum() < 8

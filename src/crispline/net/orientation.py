@@ -25,7 +25,7 @@ _MAX_MISSING = 0.1
 _WORSE = 1.25
 """... nor is one whose sides explain the points that much worse than the best found without."""
 _FAIR = 0.65
-"""Share of ``good_spread`` above which a smooth piece may face the wrong way, or a small place."""
+"""Share of ``good_spread`` above which the smooth pieces are turned before trees are compared."""
 
 
 @dataclass(frozen=True)
@@ -125,12 +125,9 @@ def best_tree(cloud: WorkingCloud, options: NetOptions, threads: int = -1) -> Or
             )
             spread = indicator_spread(cloud.points, oriented, areas, threads)
             if spread >= _FAIR * options.good_spread:
-                turned = with_best_signs(
-                    cloud.points, oriented, cloud.neighbours, areas, threads, known
+                oriented, spread = _with_pieces_turned(
+                    cloud, oriented, spread, areas, threads, known
                 )
-                turned_spread = indicator_spread(cloud.points, turned, areas, threads)
-                if turned_spread < spread:
-                    spread, oriented = turned_spread, turned
             confirmed = best is not None and abs(spread - best[0]) < 0.05 * best[0]
             if best is None or spread < best[0]:
                 best = spread, oriented
@@ -152,10 +149,16 @@ def indicator_spread(points: Array, normals: Array, areas: Array, threads: int =
 
 
 def _repaired(found: Orientation, options: NetOptions, threads: int) -> Orientation:
-    """The orientation with thin walls told apart and small places turned, each where it helps."""
+    """The orientation after what trees get wrong unseen: pieces, thin walls, small places.
+
+    Each is changed only where that explains the points better.
+    """
+    if found.spread < _FAIR * options.good_spread:
+        # A face of a hundredth of the points hardly shows in the spread.
+        areas = point_areas(found.cloud.distances)
+        turned = _with_pieces_turned(found.cloud, found.normals, found.spread, areas, threads)
+        found = replace(found, normals=turned[0], spread=turned[1])
     best = _with_near_sheets_apart(found, threads)
-    if best.spread < _FAIR * options.good_spread:
-        return best
     normals = with_places_turned(best.cloud, best.normals, options.normal_neighbours, threads)
     if (normals == best.normals).all():
         return best
@@ -165,6 +168,20 @@ def _repaired(found: Orientation, options: NetOptions, threads: int) -> Orientat
     # What was the wrong way round has misled the normals near it.
     apart = _with_near_sheets_apart(replace(best, cloud=found.cloud), threads)
     return apart if apart.cloud is not found.cloud else best
+
+
+def _with_pieces_turned(
+    cloud: WorkingCloud,
+    normals: Array,
+    spread: float,
+    areas: Array,
+    threads: int,
+    known: list[Couplings] | None = None,
+) -> tuple[Array, float]:
+    """The normals and their spread, with other signs of whole smooth pieces if that lessens it."""
+    turned = with_best_signs(cloud.points, normals, cloud.neighbours, areas, threads, known)
+    turned_spread = indicator_spread(cloud.points, turned, areas, threads)
+    return (turned, turned_spread) if turned_spread < spread else (normals, spread)
 
 
 def _with_near_sheets_apart(found: Orientation, threads: int) -> Orientation:
