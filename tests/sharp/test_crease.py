@@ -276,3 +276,22 @@ def test_a_smooth_border_does_not_wander_where_the_surfaces_are_nearly_one(noise
     crease = locate_crease(border, ends, cKDTree(line), 15.0, LocateOptions())
     assert crease.curve.kind == "line"
     assert crease.gap < 0.02
+
+
+def test_the_foot_of_a_boss_does_not_take_the_short_way_under_its_rib():
+    """A fillet between a plane and a boss, round all of it but for a rib of 6 spacings."""
+    torus = Torus(np.array([0.0, 0.0, 4.0]), Z, 20.0, 4.0)
+    half = np.arcsin(3.0 / 20.0)
+    turn = np.linspace(half, 2.0 * np.pi - half, 150)
+    foot = 20.0 * np.column_stack([np.cos(turn), np.sin(turn), np.zeros(150)])
+    sides = [
+        RegionFit(Plane(ORIGIN, Z), 1, foot, np.zeros(150)),
+        RegionFit(torus, -1, foot, np.zeros(150)),
+    ]
+    border = border_between(guide_along(foot, is_closed=False), sides, LocateOptions())
+    assert border.is_contact
+    found = locate_crease(border, (foot[0], foot[-1]), cKDTree(foot), 2.0, LocateOptions())
+    steps = np.diff(found.curve.samples(400), axis=0)
+    length = np.linalg.norm(steps, axis=1).sum()
+    assert length == pytest.approx(20.0 * (turn[-1] - turn[0]), rel=0.01)
+    assert found.gap < 1e-6

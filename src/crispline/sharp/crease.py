@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crispline.curve import Curve, arc_length, line_through
+from crispline.curve import Curve, Line, arc_length, line_through
 from crispline.options import LocateOptions
 from crispline.region.regionfit import RegionFit
 from crispline.sharp.between import N_ROUNDS, curve_through, points_along
@@ -206,13 +206,16 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
+    line = line_through(np.stack(ends), _MAX_TOUCH) if ends and border.is_contact else None
+    if line and not is_sane(line.samples(N_SAMPLES), guide, slack, cloud, max_cloud_distance):
+        line = None
     beside: Array | None = None
     for points in traced(guide, border.constraints, feet, max_gap):
         leeway = slack + _rounded_off(border.angle(points))
         if is_sane(points, guide, leeway, cloud, max_cloud_distance):
             curve = curve_along(points, ends, border.constraints, options, cusps)
             if curve is not None:
-                return _straightened(_measured(curve, border), border, ends)
+                return _straightened(_measured(curve, border), border, line)
         elif beside is None:
             leeway += _LAST_MOVE - MAX_MOVE
             if is_sane(points, guide, leeway, cloud, max_cloud_distance):
@@ -227,20 +230,19 @@ def locate_crease(
         # A curve beside the net, but in the cloud, is better than none, if it closes the gap.
         if curve is not None and (exact := _measured(curve, border)).gap < _CLOSED * crease.gap:
             crease = exact
-    return _straightened(crease, border, ends)
+    return _straightened(crease, border, line)
 
 
-def _straightened(crease: Crease, border: Border, ends: Ends) -> Crease:
-    """The line between the ends of a smooth border that wanders, if its surfaces allow that.
+def _straightened(crease: Crease, border: Border, line: Line | None) -> Crease:
+    """The line that a smooth border may be, if the border wanders and its surfaces allow that.
 
     Where surfaces that touch are nearly one for some way, their noise moves the curve on which
     they have equal normals to and fro.
     """
-    if ends is None or not border.is_contact:
+    if line is None:
         return crease
     length = arc_length(crease.curve.samples(N_SAMPLES))[-1]
-    line = line_through(np.linspace(*ends, 3), _MAX_TOUCH)
-    if line is None or length < _WANDERING * float(np.linalg.norm(ends[1] - ends[0])):
+    if length < _WANDERING * arc_length(line.samples(2))[-1]:
         return crease
     straight = _measured(line, border)
     return straight if straight.gap <= _MAX_TOUCH else crease
