@@ -280,3 +280,18 @@ def test_options_are_obeyed(shapes):
     strict = LocateOptions(collapse_distance=0.0, collapse_length=0.0)
     model, _ = shapes["hip_roof"](0.0, 0, 0.1).located(options=strict)
     assert len(model.edges) == 9
+
+
+@pytest.mark.parametrize("away", [0.5, 3.0, 5.0])
+def test_corners_that_are_one_point_are_so_wherever_the_net_has_them(shapes, away):
+    """Labels along a shallow hip may be so ragged that both corners are far down it in the net."""
+    network = shapes["hip_roof"](0.0, 0, ridge=1.0, mismatch=0.05)
+    hip = np.array([-10.0, -10.0, -8.0]) / np.linalg.norm([10.0, 10.0, 8.0])
+    for vertex, more in ((4, 1.0), (5, 0.0)):
+        network.vertices[vertex] = [0.0, 0.0, 8.0] + (away + more) * hip
+    network.vertices[-1] = 0.5 * (network.vertices[4] + network.vertices[5])
+    model, warnings = network.located()
+    assert "became one corner" in warnings[0]
+    assert len(model.edges) == 8
+    assert model.vertex_gaps.max() < 0.1
+    assert np.linalg.norm(model.vertices - [0.0, 0.0, 8.0], axis=1).min() < 0.1

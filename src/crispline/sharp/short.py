@@ -154,9 +154,16 @@ def _is_reversed(sites: Sites, chain: Chain) -> bool:
 
 
 def _collapse(sites: Sites, index: int, kept: int, lost: int, finder: Finder) -> Sites:
-    """One corner, half way between the ends of a chain in the net, for both of them."""
+    """One corner for both ends of a chain, half way between them.
+
+    Labels along a shallow edge may be so ragged that corners lie far from their ends in the net.
+    """
     vertices = sites.vertices.copy()
-    vertices[kept] = 0.5 * (vertices[kept] + vertices[lost])
+    pair = [sites.corners[kept], sites.corners[lost]]
+    if any(corner.is_fallback for corner in pair):
+        vertices[kept] = vertices[[kept, lost]].mean(axis=0)
+    else:
+        vertices[kept] = np.mean([corner.position for corner in pair], axis=0)
     topology = contracted(sites.topology, index, kept, lost)
     borders = (*sites.borders[:index], *sites.borders[index + 1 :])
     corners = {vertex: sites.corners[vertex] for vertex in sites.corners if vertex != lost}
