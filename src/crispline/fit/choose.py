@@ -10,7 +10,7 @@ import numpy as np
 
 from crispline.fit.cone import fit_cone
 from crispline.fit.cylinder import fit_cylinder
-from crispline.fit.dominant import dominant_plane, plane_of_most
+from crispline.fit.dominant import dominant_plane, plane_beside_few, plane_of_most
 from crispline.fit.freeform import free_form
 from crispline.fit.plane import fit_plane
 from crispline.fit.residual import residual_limit, rms, rms_limit
@@ -82,7 +82,8 @@ def choose_surface(
     description length; ``k`` free parameters) that passes; a plane that passes
     too gives way only where that pays. What none of these leaves as noise is a plane with
     strips of its neighbours if :func:`crispline.fit.dominant.dominant_plane` says so, else
-    what :func:`crispline.fit.freeform.free_form` finds.
+    what :func:`crispline.fit.freeform.free_form` finds, or a plane that a few foreign points do
+    not lie on if that is cheaper.
 
     Parameters
     ----------
@@ -146,7 +147,12 @@ def choose_surface(
         distance = None if border_distance is None else border_distance[kept]
         free = free_form(points, normals, sigma, options, distance)
         if free is not None:
-            return free
+            few = None
+            if "plane" in kinds:
+                few = plane_beside_few(points, normals, free.surface, sigma)
+            if few is None:
+                return free
+            return replace(tested(few, points, sigma, options, normals), is_accepted=True)
     if not rejected and "plane" in kinds and len(points):
         # Too few points for anything, as on a region that is one patch: their tangent plane.
         normal = normals.mean(axis=0)

@@ -25,6 +25,8 @@ _CUT = 2.5
 _SPREAD = 0.955  # standard deviation of a unit normal distribution cut off there
 _EXCESS = 1.15
 _MIN_LEAN = np.radians(20.0)
+_NEARLY_ALL = 0.9
+_FOREIGN = 4.0  # standard deviations
 _MIN_TO_TELL = 150  # points; on fewer a plane and a gentle curve are hardly told apart
 
 
@@ -61,9 +63,7 @@ def dominates(plane: Plane, points: Array, normals: Array, clearance: Array, sig
     kept = _lies_on(plane, points, sigma)
     if kept.mean() < MIN_SHARE or not faces_alike(normals, plane.normal[None]):
         return False
-    residuals = plane.signed_distance(points[kept])
-    limit = _SPREAD * (_EXCESS + 1.0 / np.sqrt(len(residuals))) * sigma
-    if np.sqrt(np.mean(residuals**2)) > limit:
+    if not _scatters_as_noise(plane, points[kept], sigma):
         return False
     if kept.all():
         return True
@@ -94,6 +94,37 @@ def plane_of_most(points: Array, normals: Array, curved: Surface, sigma: float) 
     misfits = [np.square(s.signed_distance(points[kept]) / sigma).sum() for s in (plane, curved)]
     spared = curved.n_parameters - plane.n_parameters
     return plane if misfits[0] - misfits[1] < 2.0 * spared * np.log(len(points)) else None
+
+
+def plane_beside_few(points: Array, normals: Array, free: Surface, sigma: float) -> Plane | None:
+    """The plane that explains a region but for a few points, if a free form is no cheaper.
+
+    A small face that has half a dozen points of another one needs no control points for them:
+    each counts no more than one that lies four standard deviations off.
+
+    Parameters
+    ----------
+    points, normals : shape ``(n, 3)``, spacings; normals outward.
+    free : a free form that explains the points.
+    sigma : noise along the normal, spacings.
+    """
+    plane = _settled_plane(points, normals, np.ones(len(points), dtype=bool), sigma)
+    if plane is None or not faces_alike(normals, plane.normal[None]):
+        return None
+    kept = _lies_on(plane, points, sigma)
+    if kept.mean() < _NEARLY_ALL or not _scatters_as_noise(plane, points[kept], sigma):
+        return None
+    residuals = np.stack([surface.signed_distance(points) for surface in (plane, free)])
+    misfits = np.minimum(np.square(residuals / sigma), _FOREIGN**2).sum(axis=1)
+    spared = free.n_parameters - plane.n_parameters
+    return plane if misfits[0] - misfits[1] < 2.0 * spared * np.log(len(points)) else None
+
+
+def _scatters_as_noise(plane: Plane, points: Array, sigma: float) -> bool:
+    """Whether the residuals of points that lie on a plane are as large as noise makes them."""
+    residuals = plane.signed_distance(points)
+    limit = _SPREAD * (_EXCESS + 1.0 / np.sqrt(len(residuals))) * sigma
+    return bool(np.sqrt(np.mean(residuals**2)) <= limit)
 
 
 def _settled_plane(
