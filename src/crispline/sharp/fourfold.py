@@ -12,7 +12,8 @@ from collections.abc import Set
 from crispline.options import LocateOptions
 from crispline.sharp.finder import Finder
 from crispline.sharp.network import around_corner, parted
-from crispline.sharp.short import Sites, with_border
+from crispline.sharp.short import with_border
+from crispline.sharp.sites import Sites
 
 
 def with_corners_parted(

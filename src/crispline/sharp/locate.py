@@ -31,7 +31,8 @@ from crispline.sharp.network import (
 from crispline.sharp.revise import split_at_branches
 from crispline.sharp.rim import split_at_kinks
 from crispline.sharp.search import Search, thinning
-from crispline.sharp.short import Sites, collapsible_chains, without_short_borders
+from crispline.sharp.short import collapsible_chains, without_short_borders
+from crispline.sharp.sites import Sites
 from crispline.sharp.tears import mended
 from crispline.sharp.touch import met_at_touches
 from crispline.sharp.trace import Guide, guide_along

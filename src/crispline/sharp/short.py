@@ -8,15 +8,13 @@ have a border there instead.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence, Set
-from dataclasses import dataclass
 
 import numpy as np
 
 from crispline.curve import arc_length
 from crispline.options import LocateOptions
-from crispline.region.topology import Chain, Topology
-from crispline.sharp.corner import Corner
-from crispline.sharp.crease import Border
+from crispline.region.topology import Topology
+from crispline.sharp.backward import EXACT, is_backward
 from crispline.sharp.doubt import Doubt
 from crispline.sharp.finder import Finder
 from crispline.sharp.network import (
@@ -26,6 +24,7 @@ from crispline.sharp.network import (
     labels_beside,
     loops_keep_two,
 )
+from crispline.sharp.sites import Sites
 from crispline.sharp.trace import guide_along
 from crispline.surface.base import Array
 
@@ -33,26 +32,6 @@ _REVERSED_LENGTH = 4.0
 """Corners farther apart than this in the net have not changed places by chance, in spacings."""
 _FAR = 4.0
 """Where a border leads to is seen so far from its corner, in spacings."""
-_EXACT = 1e-6
-"""Corners with a smaller gap lie on all their surfaces, in spacings."""
-
-
-@dataclass(frozen=True)
-class Sites:
-    """A border network with what was found for it.
-
-    Attributes
-    ----------
-    topology : the network.
-    vertices : of the net, shape ``(n, 3)``.
-    borders : of every chain.
-    corners : by the net vertex where chains end.
-    """
-
-    topology: Topology
-    vertices: Array
-    borders: tuple[Border, ...]
-    corners: dict[int, Corner]
 
 
 def without_short_borders(
@@ -103,8 +82,8 @@ def collapsible_chains(sites: Sites, options: LocateOptions) -> Iterator[int]:
         if chain.is_closed:
             continue
         length = arc_length(sites.vertices[chain.vertices])[-1]
-        is_one_point = np.linalg.norm(_across(sites, chain)) <= options.collapse_distance
-        is_turned = _is_reversed(sites, chain) and length < _REVERSED_LENGTH
+        is_one_point = np.linalg.norm(sites.across(index)) <= options.collapse_distance
+        is_turned = is_backward(sites, index) and length < _REVERSED_LENGTH
         is_spurious = length < options.collapse_length and (is_one_point or is_turned)
         if is_spurious and loops_keep_two(sites.topology, index):
             yield index
@@ -139,18 +118,6 @@ def _first_exchange(
             if better is not None:
                 return better
     return None
-
-
-def _across(sites: Sites, chain: Chain) -> Array:
-    """From the corner at the start of a chain to that at its end."""
-    start, end = chain.vertices[[0, -1]].tolist()
-    return sites.corners[end].position - sites.corners[start].position
-
-
-def _is_reversed(sites: Sites, chain: Chain) -> bool:
-    """Whether the corners of a chain have changed places."""
-    start, end = chain.vertices[[0, -1]].tolist()
-    return bool(_across(sites, chain) @ (sites.vertices[end] - sites.vertices[start]) < 0.0)
 
 
 def _collapse(sites: Sites, index: int, kept: int, lost: int, finder: Finder) -> Sites:
@@ -202,7 +169,7 @@ def with_border(
     ends = chain.vertices[[0, -1]].tolist()
     places = np.stack(2 * [sites.vertices[ends].mean(axis=0)])
     found = finder.corners(places, beside, topology.chains, sites.borders)
-    if any(corner.is_fallback or corner.gap > _EXACT for corner in found):
+    if any(corner.is_fallback or corner.gap > EXACT for corner in found):
         return None
     across = found[1].position - found[0].position
     sides = [_towards(topology, sites.vertices, *at) for at in zip(ends, beside, strict=True)]
@@ -217,8 +184,8 @@ def with_border(
     (border,) = finder.borders([chain], [guide_along(vertices[ends], False)])
     borders = (*sites.borders[:index], border, *sites.borders[index + 1 :])
     better = Sites(topology, vertices, borders, sites.corners | dict(zip(ends, found, strict=True)))
-    outer = [topology.chains[i] for i in (*beside[0], *beside[1])]
-    return None if any(_is_reversed(better, other) for other in outer) else better
+    outer = (*beside[0], *beside[1])
+    return None if any(is_backward(better, other) for other in outer) else better
 
 
 def _towards(topology: Topology, vertices: Array, vertex: int, around: Sequence[int]) -> Array:
@@ -236,5 +203,5 @@ def _towards(topology: Topology, vertices: Array, vertex: int, around: Sequence[
         distance = np.linalg.norm(away, axis=1)
         far = np.flatnonzero(distance > _FAR)
         last = int(far[0]) if len(far) else len(path) - 1
-        total += away[last] / max(distance[last], _EXACT)
+        total += away[last] / max(distance[last], EXACT)
     return total
