@@ -21,6 +21,7 @@ from crispline.region.merge import merge_regions
 from crispline.region.narrow.restore import restored
 from crispline.region.patches import Labels
 from crispline.region.prune import prune_regions
+from crispline.region.reclaim import reclaimed
 from crispline.region.regionfit import RegionFit
 from crispline.region.resolve import resolved
 from crispline.region.split import split_into_surfaces
@@ -101,6 +102,10 @@ def segment(
             if np.array_equal(merged, label):
                 break
             label = tidy(merged, quads, options.min_patches)
+            labelled, fits = fitted(draft)
+        shared = reclaimed(label, fits, graph, patch_sigma, options)
+        if not np.array_equal(shared, label):
+            label = tidy(shared, quads, options.min_patches)
             labelled, fits = fitted(draft)
         for _ in range(_COMPLETIONS):
             label, grown = completed(label, fits, graph, patch_sigma, options)

@@ -31,7 +31,7 @@ def surfaces(is_straight):
 
 def found(made, label, is_straight):
     known = {k: s for k, s in surfaces(is_straight).items() if (label == k).any()}
-    return with_rounds(label, made.fits(known, label), made.evidence, OPTIONS)
+    return with_rounds(label, made.fits(known, label), {}, made.evidence, OPTIONS)
 
 
 @pytest.mark.parametrize("turn", [-1.0, 1.0], ids=["convex", "concave"])
@@ -103,7 +103,7 @@ def with_strip(breaking):
     known = {**surfaces(is_straight=True), CRUMB: Plane(middle, normal)}
     options = replace(OPTIONS, max_pruned_patches=100)
     assert is_broken.sum() > options.max_pruned_patches
-    return label, *with_rounds(label, made.fits(known, label), made.evidence, options)
+    return label, *with_rounds(label, made.fits(known, label), {}, made.evidence, options)
 
 
 def test_a_long_strip_of_a_plane_gives_way_to_the_round_it_stands_for():
@@ -137,7 +137,7 @@ def test_a_cone_in_the_middle_of_a_wide_round_about_an_axis_gives_way(turn):
     }
     options = replace(OPTIONS, max_pruned_patches=100)
     assert is_middle.sum() > options.max_pruned_patches
-    new, rounds = with_rounds(label, made.fits(known, label), made.evidence, options)
+    new, rounds = with_rounds(label, made.fits(known, label), {}, made.evidence, options)
     ((name, fit),) = rounds.items()
     assert isinstance(fit.surface, Torus)
     assert fit.surface.minor_radius == pytest.approx(radius, abs=0.2)
@@ -213,7 +213,7 @@ def ball(fit):
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_one_ball_rolls_round_a_corner(seed):
     evidence, label, fits = plate_rim(dict.fromkeys(("first", "corner", "second"), 2.2), seed)
-    rounds = with_rounds(label, fits, evidence, OPTIONS)[1]
+    rounds = with_rounds(label, fits, {}, evidence, OPTIONS)[1]
     kinds = sorted(fit.surface.kind for fit in rounds.values())
     assert kinds == ["cylinder", "cylinder", "torus"]
     radii = [ball(fit) for fit in rounds.values()]
@@ -223,7 +223,7 @@ def test_one_ball_rolls_round_a_corner(seed):
 
 def test_balls_that_the_points_tell_apart_stay_two():
     evidence, label, fits = plate_rim({"first": 2.5, "corner": 2.5, "second": 3.6}, 0)
-    rounds = with_rounds(label, fits, evidence, OPTIONS)[1]
+    rounds = with_rounds(label, fits, {}, evidence, OPTIONS)[1]
     straight = sorted(ball(fit) for fit in rounds.values() if isinstance(fit.surface, Cylinder))
     assert straight == pytest.approx([2.5, 3.6], abs=0.3)
 
@@ -251,7 +251,7 @@ def test_the_round_between_a_plane_and_a_cylinder_along_it_comes_back(away):
     middle = made.evidence.graph.points[is_middle].mean(axis=0)
     tilted = Plane(middle, np.array([-0.5, 0.0, np.sqrt(0.75)]))
     fits = made.fits({TOP: Plane(np.zeros(3), UP), SIDE: eye, CRUMB: tilted}, label)
-    new, rounds = with_rounds(label, fits, made.evidence, OPTIONS)
+    new, rounds = with_rounds(label, fits, {}, made.evidence, OPTIONS)
     ((name, fit),) = rounds.items()
     assert (new[is_broken] == name).mean() > 0.8
     assert (new == name)[~is_broken].mean() < 0.1

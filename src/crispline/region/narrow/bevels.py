@@ -48,11 +48,15 @@ class Cut:
     edge : where it goes.
     side : -1 where it takes material away.
     setbacks : from the edge to the chamfer on either face, spacings.
+    lead : by how much less misfit it leaves than a round in its place.
+    is_sure : whether the points along the edge ask for a chamfer, even if there were no other.
     """
 
     edge: Stretch
     side: float
     setbacks: tuple[float, float]
+    lead: float = 0.0
+    is_sure: bool = False
 
     def misfit(self, setbacks: tuple[float, float], *, only: bool = True) -> Array:
         """The misfit of the points along the edge if the chamfer began elsewhere, shape ``(n,)``.
@@ -104,7 +108,13 @@ class Cut:
 
 
 def with_bevels(
-    label: Labels, fits: Fits, rounds: Fits, evidence: Evidence, options: RegionOptions
+    label: Labels,
+    fits: Fits,
+    rounds: Fits,
+    evidence: Evidence,
+    options: RegionOptions,
+    *,
+    only_clear: bool = False,
 ) -> tuple[Labels, dict[int, RegionFit]]:
     """Labels with the chamfers that the points along borders ask for, and their surfaces.
 
@@ -115,7 +125,8 @@ def with_bevels(
     Parameters
     ----------
     label, fits : regions and surface of each.
-    rounds : those that are rounds, which no chamfer replaces.
+    rounds : those that are rounds, or chamfers already, which no chamfer replaces.
+    only_clear : leave out cuts that rounds along all their edges would explain about as well.
     """
     label = label.copy()
     found: dict[int, RegionFit] = {}
@@ -126,6 +137,8 @@ def with_bevels(
     ]
     taken: set[int] = set()
     for group in _round_one_face(cuts):
+        if only_clear and sum(cut.lead for cut in group) < _TOGETHER * options.face_cost:
+            continue
         crumbs = {crumb for cut in group for crumb in cut.edge.crumbs} - taken
         surfaces = [surface for cut in group if (surface := cut.surface(fits)) is not None]
         if len(surfaces) < len(group) or all(map(partial(_is_there, fits), group, surfaces)):
@@ -150,19 +163,27 @@ def with_bevels(
 
 
 def _asked(edge: Stretch, options: RegionOptions) -> Cut | None:
-    """The chamfer of least misfit along an edge; None if the points do not ask for one."""
+    """The chamfer of least misfit along an edge; None if the points speak against one.
+
+    It is not sure where a round explains them as well, nor where little of what the faces do not
+    explain is on it.
+    """
     cut = best_cut(edge)
     if cut is None:
         return None
     known, left = cut.edge.known, cut.misfit(cut.setbacks)
     lost = known > 0.5 * _OFF**2
     explained = float((known - left)[lost].sum())
-    if (known - left).sum() < options.face_cost or explained < _EXPLAINED * known[lost].sum():
+    if (known - left).sum() < options.face_cost:
         return None
     tangent = np.tan(0.5 * np.arccos(edge.cosine))
     radii = np.linspace(0.5, 2.0, _N_RADII) * np.mean(cut.setbacks) / tangent
     of_ball = min(float(cut.edge.misfit_with_round(r, cut.side, only=True).sum()) for r in radii)
-    return cut if left.sum() < of_ball else None
+    lead = of_ball - float(left.sum())
+    if lead < -_SAME_CUT:
+        return None
+    is_sure = lead > 0.0 and explained >= _EXPLAINED * float(known[lost].sum())
+    return replace(cut, lead=lead, is_sure=is_sure)
 
 
 def best_cut(edge: Stretch) -> Cut | None:
@@ -203,10 +224,14 @@ def _least(cuts: Sequence[Cut], grid: tuple[Array, Array]) -> tuple[float, float
 
 
 def _round_one_face(cuts: Sequence[Cut]) -> Iterator[list[Cut]]:
-    """The cuts that one cutter leaves on its way round a face, then the others."""
+    """The cuts that one cutter leaves on its way round a face, then the others.
+
+    Those that are not sure are only made with others that are.
+    """
     left = dict(enumerate(cuts))
-    while left:
-        faces = [(face, cut.side) for cut in left.values() for face in cut.edge.faces]
+    while any(cut.is_sure for cut in left.values()):
+        sure = [cut for cut in left.values() if cut.is_sure]
+        faces = [(face, cut.side) for cut in sure for face in cut.edge.faces]
         face, side = max(sorted(set(faces)), key=faces.count)
         group = {
             k: _facing(c, face) for k, c in left.items() if face in c.edge.faces and c.side == side
@@ -220,6 +245,8 @@ def _round_one_face(cuts: Sequence[Cut]) -> Iterator[list[Cut]]:
             del group[worst]
         for k in group:
             del left[k]
+        if not any(cut.is_sure for cut in group.values()):
+            continue
         yield [replace(cut, setbacks=setbacks) for cut in group.values()]
 
 
@@ -229,7 +256,7 @@ def _facing(cut: Cut, face: int) -> Cut:
     if edge.faces[0] == face:
         return cut
     turned = replace(edge, faces=edge.faces[::-1], heights=edge.heights[::-1])
-    return Cut(turned, cut.side, cut.setbacks[::-1])
+    return replace(cut, edge=turned, setbacks=cut.setbacks[::-1])
 
 
 def _common(cuts: Sequence[Cut]) -> tuple[float, float]:

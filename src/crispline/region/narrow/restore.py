@@ -78,10 +78,13 @@ def restored(
     new, walls = with_openings(label, fits, evidence, options)
     if walls:
         settle(new, walls)
-    new, rounds = with_rounds(label, fits, evidence, options)
+    new, cuts = with_bevels(label, fits, {}, evidence, options, only_clear=True)
+    if cuts:
+        settle(closed_rings(new, cuts, graph, options), cuts)
+    new, rounds = with_rounds(label, fits, cuts, evidence, options)
     if rounds:
         settle(closed_rings(new, rounds, graph, options), rounds)
-    new, bevels = with_bevels(label, fits, rounds, evidence, options)
+    new, bevels = with_bevels(label, fits, {**rounds, **cuts}, evidence, options)
     if bevels:
         settle(closed_rings(new, bevels, graph, options), bevels)
     new, balls = with_balls(label, fits, evidence, options)

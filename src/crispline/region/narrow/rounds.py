@@ -57,7 +57,7 @@ class _Ball:
 
 
 def with_rounds(
-    label: Labels, fits: Fits, evidence: Evidence, options: RegionOptions
+    label: Labels, fits: Fits, chamfers: Fits, evidence: Evidence, options: RegionOptions
 ) -> tuple[Labels, dict[int, RegionFit]]:
     """Labels with the rounds that the points along borders ask for, and their surfaces.
 
@@ -68,13 +68,14 @@ def with_rounds(
     Parameters
     ----------
     label, fits : regions and surface of each.
+    chamfers : those that are chamfers, which no round replaces.
     """
     label = label.copy()
     rounds: dict[int, RegionFit] = {}
     balls: dict[int, _Ball] = {}
-    known = ChainMap(rounds, dict(fits))
+    known, settled = ChainMap(rounds, dict(fits)), ChainMap(rounds, dict(chamfers))
     for _ in range(_PASSES):  # what crumbs at a corner hold is known when both rounds are
-        for edge in stretches(label, known, rounds, evidence, options, bent=True):
+        for edge in stretches(label, known, settled, evidence, options, bent=True):
             found = _rolled(edge, label, known, options)
             if found is not None:
                 edge, ball, surface = found
@@ -122,7 +123,8 @@ def _rolled(
     radii = np.geomspace(_MIN_WIDTH / angle, edge.reach / np.tan(0.5 * angle), _N_RADII)
     if radii[0] >= radii[-1]:
         return None
-    known = [ball_radius(fits[name].surface) for name in edge.rounds]
+    surfaces = [fits[name].surface for name in edge.rounds]
+    known = [ball_radius(each) for each in surfaces if isinstance(each, Cylinder | Torus)]
     while True:
         radius, side = _rolling_on(edge, known, *_best_ball(edge, radii))
         rounded = edge.misfit_with_round(radius, side)
