@@ -295,3 +295,20 @@ def test_the_foot_of_a_boss_does_not_take_the_short_way_under_its_rib():
     length = np.linalg.norm(steps, axis=1).sum()
     assert length == pytest.approx(20.0 * (turn[-1] - turn[0]), rel=0.01)
     assert found.gap < 1e-6
+
+
+def test_surfaces_that_touch_nowhere_have_a_border_that_does_not_wander():
+    """A chamfer and the cone that goes on from it, fitted a few degrees apart."""
+    lean = np.radians(4.0)
+    flat = Plane(ORIGIN, Z)
+    axis = unit(np.array([0.0, np.cos(lean), np.sin(lean)]))
+    round_ = Cylinder(np.array([0.3, 0.0, -25.05]), axis, 25.0)
+    line = np.column_stack([np.zeros(9), np.linspace(-1.2, 1.2, 9), np.zeros(9)])
+    sides = [RegionFit(surface, 1, line, np.zeros(9)) for surface in (flat, round_)]
+    border = border_between(guide_along(line, is_closed=False), sides, LocateOptions())
+    assert border.is_contact
+    ends = (np.array([3.0, -1.2, 0.0]), np.array([-3.0, 1.2, 0.0]))
+    found = locate_crease(border, ends, cKDTree(line), 4.0, LocateOptions())
+    points = found.curve.samples(200)
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    assert length < 1.05 * np.linalg.norm(ends[1] - ends[0])

@@ -237,15 +237,16 @@ def _straightened(crease: Crease, border: Border, line: Line | None) -> Crease:
     """The line that a smooth border may be, if the border wanders and its surfaces allow that.
 
     Where surfaces that touch are nearly one for some way, their noise moves the curve on which
-    they have equal normals to and fro.
+    they have equal normals to and fro. Where they touch nowhere, any curve leaves a gap, and one
+    that leaves no less than the line does has no reason to bend.
     """
     if line is None:
         return crease
     length = arc_length(crease.curve.samples(N_SAMPLES))[-1]
     if length < _WANDERING * arc_length(line.samples(2))[-1]:
         return crease
-    straight = _measured(line, border)
-    return straight if straight.gap <= _MAX_TOUCH else crease
+    straight = replace(_measured(line, border), is_fallback=crease.is_fallback)
+    return straight if straight.gap <= max(_MAX_TOUCH, crease.gap) else crease
 
 
 def _measured(curve: Curve, border: Border) -> Crease:

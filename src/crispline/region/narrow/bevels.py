@@ -126,7 +126,7 @@ def with_bevels(
     ----------
     label, fits : regions and surface of each.
     rounds : those that are rounds, or chamfers already, which no chamfer replaces.
-    only_clear : leave out cuts that rounds along all their edges would explain about as well.
+    only_clear : make only those along several edges of a face, and clearly likelier than rounds.
     """
     label = label.copy()
     found: dict[int, RegionFit] = {}
@@ -137,7 +137,8 @@ def with_bevels(
     ]
     taken: set[int] = set()
     for group in _round_one_face(cuts):
-        if only_clear and sum(cut.lead for cut in group) < _TOGETHER * options.face_cost:
+        lead = sum(cut.lead for cut in group)
+        if only_clear and (len(group) < 2 or lead < _TOGETHER * options.face_cost):
             continue
         crumbs = {crumb for cut in group for crumb in cut.edge.crumbs} - taken
         surfaces = [surface for cut in group if (surface := cut.surface(fits)) is not None]
