@@ -8,8 +8,8 @@ from broken_edge import EDGE, SIDE, TOP, arc, broken_edge
 from turned import turned
 
 from crispline.options import RegionOptions
-from crispline.region.narrow import bevels as module
 from crispline.region.narrow.bevels import with_bevels
+from crispline.region.narrow.cut import asked_cut, cuts_round_one_face
 from crispline.region.narrow.stretch import stretches
 from crispline.surface import Cone, Cylinder, Plane
 
@@ -119,14 +119,14 @@ def two_cuts(setbacks):
         made, label, _ = chamfered(is_straight=True, setbacks=legs)
         fits = made.fits({k: s for k, s in surfaces(True).items() if k in (TOP, SIDE)}, label)
         (edge,) = stretches(label, fits, {}, made.evidence, OPTIONS)
-        cut = module._asked(edge, OPTIONS)
+        cut = asked_cut(edge, OPTIONS)
         assert cut.is_sure
         cuts.append(replace(cut, edge=replace(edge, faces=(TOP, other)), is_sure=other == SIDE))
     return cuts
 
 
 def groups(cuts):
-    return [[cut.edge.faces for cut in group] for group in module._round_one_face(cuts)]
+    return [[cut.edge.faces for cut in group] for group in cuts_round_one_face(cuts)]
 
 
 def test_what_is_no_sure_chamfer_is_one_if_the_cutter_that_went_on_there_left_it():
@@ -134,3 +134,22 @@ def test_what_is_no_sure_chamfer_is_one_if_the_cutter_that_went_on_there_left_it
     assert groups(alike) == [[(TOP, SIDE), (TOP, SIDE + 10)]]
     assert groups(alike[1:]) == []
     assert groups(two_cuts([(2.0, 2.0), (4.0, 3.0)])) == [[(TOP, SIDE)]]
+
+
+def test_the_ledge_of_a_step_is_no_place_for_a_chamfer():
+    """Nothing has the wall of the step yet, and a chamfer over the ledge passes its points."""
+    made, label, _ = broken_edge([(EDGE - 4.0, 0.0), (EDGE - 3.9, -1.4), (EDGE, -1.4)], True)
+    points = made.evidence.graph.points
+    on_ledge = (np.abs(points[:, 2] + 1.4) < 0.4) & (points[:, 0] < EDGE - 0.3)
+    label = np.where(on_ledge, FIRST, label)
+    fits = made.fits(
+        {
+            TOP: Plane(np.zeros(3), UP),
+            SIDE: Plane(EDGE * ACROSS, ACROSS),
+            FIRST: Plane(-1.4 * UP, UP),
+        },
+        label,
+    )
+    new, bevels = with_bevels(label, fits, {}, made.evidence, OPTIONS)
+    assert not bevels
+    np.testing.assert_array_equal(new, label)

@@ -20,7 +20,7 @@ from crispline.options import RegionOptions
 from crispline.region.claim import Claim, cheapest_together, misfit
 from crispline.region.evidence import Evidence
 from crispline.region.fitting import held_fit
-from crispline.region.narrow.bevels import best_cut
+from crispline.region.narrow.cut import best_cut
 from crispline.region.narrow.stretch import Fits, Mask, Stretch, stretches
 from crispline.region.patches import Labels
 from crispline.region.regionfit import RegionFit
