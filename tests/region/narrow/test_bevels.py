@@ -1,7 +1,5 @@
 """Narrow chamfers between known faces, straight and about an axis."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from broken_edge import EDGE, SIDE, TOP, arc, broken_edge
@@ -9,8 +7,6 @@ from turned import turned
 
 from crispline.options import RegionOptions
 from crispline.region.narrow.bevels import with_bevels
-from crispline.region.narrow.cut import asked_cut, cuts_round_one_face
-from crispline.region.narrow.stretch import stretches
 from crispline.surface import Cone, Cylinder, Plane
 
 FIRST, SECOND = 2, 3
@@ -110,30 +106,6 @@ def test_a_chamfer_that_is_there_stays():
     new, bevels = found(made, np.where(is_broken, FIRST, label), is_straight=True)
     assert not bevels
     assert (new[is_broken] == FIRST).all()
-
-
-def two_cuts(setbacks):
-    """What a cutter has left along two edges of the top, the second no sure chamfer."""
-    cuts = []
-    for other, legs in ((SIDE, setbacks[0]), (SIDE + 10, setbacks[1])):
-        made, label, _ = chamfered(is_straight=True, setbacks=legs)
-        fits = made.fits({k: s for k, s in surfaces(True).items() if k in (TOP, SIDE)}, label)
-        (edge,) = stretches(label, fits, {}, made.evidence, OPTIONS)
-        cut = asked_cut(edge, OPTIONS)
-        assert cut.is_sure
-        cuts.append(replace(cut, edge=replace(edge, faces=(TOP, other)), is_sure=other == SIDE))
-    return cuts
-
-
-def groups(cuts):
-    return [[cut.edge.faces for cut in group] for group in cuts_round_one_face(cuts)]
-
-
-def test_what_is_no_sure_chamfer_is_one_if_the_cutter_that_went_on_there_left_it():
-    alike = two_cuts([(2.0, 2.0), (2.0, 2.0)])
-    assert groups(alike) == [[(TOP, SIDE), (TOP, SIDE + 10)]]
-    assert groups(alike[1:]) == []
-    assert groups(two_cuts([(2.0, 2.0), (4.0, 3.0)])) == [[(TOP, SIDE)]]
 
 
 def test_the_ledge_of_a_step_is_no_place_for_a_chamfer():
