@@ -39,6 +39,8 @@ _MIN_KINK_DEG = 2.0  # shallower crossings are too far off along the surfaces
 _EXACT = 1e-9
 _WANDERING = 1.02
 """Length of a curve over that of the line between its ends, of one that may be straight."""
+_FOLDED = 2.0
+"""And of one that cannot be a border."""
 _MAX_BRANCH_SPREAD = 0.3
 _MAX_ROUNDED_OFF = 2.0
 _CLOSED = 0.5
@@ -206,7 +208,7 @@ def locate_crease(
         )
         feet = _end_feet(ends, border.constraints)
     max_gap = options.corner_gap if border.is_contact else _MAX_GAP
-    line = line_through(np.stack(ends), _MAX_TOUCH) if ends and border.is_contact else None
+    line = line_through(np.stack(ends), _MAX_TOUCH) if ends else None
     if line and not is_sane(line.samples(N_SAMPLES), guide, slack, cloud, max_cloud_distance):
         line = None
     beside: Array | None = None
@@ -215,7 +217,9 @@ def locate_crease(
         if is_sane(points, guide, leeway, cloud, max_cloud_distance):
             curve = curve_along(points, ends, border.constraints, options, cusps)
             if curve is not None:
-                return _straightened(_measured(curve, border), border, line)
+                crease = _measured(curve, border)
+                is_smooth = border.is_contact
+                return _straightened(crease, border, line, max_gap) if is_smooth else crease
         elif beside is None:
             leeway += _LAST_MOVE - MAX_MOVE
             if is_sane(points, guide, leeway, cloud, max_cloud_distance):
@@ -230,23 +234,25 @@ def locate_crease(
         # A curve beside the net, but in the cloud, is better than none, if it closes the gap.
         if curve is not None and (exact := _measured(curve, border)).gap < _CLOSED * crease.gap:
             crease = exact
-    return _straightened(crease, border, line)
+    return _straightened(crease, border, line, max_gap)
 
 
-def _straightened(crease: Crease, border: Border, line: Line | None) -> Crease:
-    """The line that a smooth border may be, if the border wanders and its surfaces allow that.
+def _straightened(crease: Crease, border: Border, line: Line | None, max_gap: float) -> Crease:
+    """The line that a smooth or lost border may be, if it wanders and its surfaces allow that.
 
     Where surfaces that touch are nearly one for some way, their noise moves the curve on which
     they have equal normals to and fro. Where they touch nowhere, any curve leaves a gap, and one
-    that leaves no less than the line does has no reason to bend.
+    that leaves no less than the line does has no reason to bend. One more than twice as long goes
+    back on itself, and no face has it as a border.
     """
     if line is None:
         return crease
-    length = arc_length(crease.curve.samples(N_SAMPLES))[-1]
-    if length < _WANDERING * arc_length(line.samples(2))[-1]:
+    ratio = arc_length(crease.curve.samples(N_SAMPLES))[-1] / arc_length(line.samples(2))[-1]
+    if ratio < _WANDERING:
         return crease
     straight = replace(_measured(line, border), is_fallback=crease.is_fallback)
-    return straight if straight.gap <= max(_MAX_TOUCH, crease.gap) else crease
+    limit = max(_MAX_TOUCH if ratio < _FOLDED else max_gap, crease.gap)
+    return straight if straight.gap <= limit else crease
 
 
 def _measured(curve: Curve, border: Border) -> Crease:
