@@ -242,6 +242,25 @@ def test_a_crumb_that_fails_goes_to_its_neighbours(monkeypatch):
     assert source.without([0, 1, 2]) is None
 
 
+def test_a_crumb_that_spoils_the_face_round_it_goes_to_its_neighbours(monkeypatch):
+    crumb = 8
+    source = ladder_with_failing_crumb(monkeypatch, crumb)
+
+    def failing(model, *rest, **limits):
+        """Not the crumb, but the face round it."""
+        solid = make_solid(model, *rest, **limits)
+        names = [face.region for face in model.faces]
+        bad = [BadFace(names.index(0), "it fails")] if crumb in names else []
+        return replace(solid, check=replace(solid.check, bad_faces=tuple(bad)))
+
+    monkeypatch.setattr(ladder_module, "make_solid", failing)
+    made = source.climb("auto")
+    assert made.solid.check.is_good
+    assert made.solid.representation == "trimmed"
+    assert sorted(face.region for face in made.model.faces) == list(range(crumb))
+    assert [text for text in made.warnings if "region 8" in text and "a face beside it" in text]
+
+
 def test_a_narrow_region_that_fails_goes_even_if_it_is_of_use(monkeypatch):
     crumb = 8
     monkeypatch.setattr(features, "without_regions", lambda *_: None)

@@ -116,6 +116,13 @@ def test_a_ridge_without_room_collapses(shapes, mismatch, raggedness, seed):
     assert all(edge.gap < 1e-9 for edge in model.edges)
 
 
+@pytest.mark.parametrize("ridge", [7.0, 11.0])
+def test_a_ridge_without_room_collapses_however_long_it_is_in_the_net(shapes, ridge):
+    model, warnings = shapes["hip_roof"](0.0, 0, 0.1, ridge).located()
+    assert "became one corner" in warnings[0]
+    assert len(model.edges) == 8
+
+
 @pytest.mark.parametrize(("raggedness", "seed"), [(0.0, 0), (0.5, 1)])
 def test_a_ridge_that_runs_the_other_way_is_found(shapes, raggedness, seed):
     """Labels may join the wrong two of four slopes."""

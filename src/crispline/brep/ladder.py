@@ -37,6 +37,7 @@ _NO_FACES = (
     "part has plain faces, the scan is too noisy or too coarse for them, or bent"
 )
 _EXPLAINED = "which explain its points as well"
+_BESIDE = "a face beside it fails"
 _NARROW = "though they do not explain its points, being a few spacings wide (scan it more densely)"
 _ROUNDED = (
     "patches that follow the located edges are not valid, so the patches are smooth everywhere "
@@ -123,8 +124,7 @@ class Ladder:
             patches = self._patches()
             if _is_good(patches[0]):
                 return self._attempt(model, patches[0], (_NO_FACES, *patches[1]))
-        first = _tried(lambda: make_solid(model, self._places, self.spacing))
-        trimmed = self._attempt(model, *first)
+        trimmed = self._trimmed()
         if _is_good(trimmed.solid):
             return trimmed
         reasons = _reasons(self.model, trimmed.solid) if trimmed.solid is not None else {}
@@ -133,6 +133,13 @@ class Ladder:
             again = fewer.climb(kind)
             warnings = self._given_up(reasons, fewer, _EXPLAINED)
             return replace(again, warnings=warnings + again.warnings)
+        # What spoils a face may be a crumb beside it, which is none the worse.
+        fewer = self.without(self._at(reasons)) if reasons else None
+        if fewer is not None and _gap(fewer.model) <= max(_gap(self.model), _OPEN):
+            again = fewer._trimmed()
+            if _is_good(again.solid):
+                warnings = self._given_up(reasons, fewer, _EXPLAINED)
+                return replace(again, warnings=warnings + again.warnings)
         # Rather a solid without a groove of two spacings, and said so, than patches instead.
         fewer = self.without_narrow(reasons) if reasons else None
         if fewer is not None and _gap(fewer.model) <= max(_gap(self.model), _OPEN):
@@ -151,6 +158,10 @@ class Ladder:
             reason = "no trimmed model is valid, so the model is made of bicubic patches only"
             return self._attempt(model, solid, (reason, *warnings))
         return trimmed
+
+    def _trimmed(self) -> Attempt:
+        model = self.model.transformed(self.to_user)
+        return self._attempt(model, *_tried(lambda: make_solid(model, self._places, self.spacing)))
 
     def _patches(self) -> tuple[Solid | None, tuple[str, ...]]:
         """Patches with the located edges; without, where moving the net to them spoils it."""
@@ -198,12 +209,17 @@ class Ladder:
 
     def _given_up(self, reasons: Mapping[int, str], fewer: Ladder, why: str) -> tuple[str, ...]:
         """What to say of regions that another ladder does without."""
-        gone = np.setdiff1d(list(reasons), fewer.source.label)
+        gone = np.setdiff1d(list(self._at(reasons)), fewer.source.label)
         return tuple(
             f"region {label} near {self._place(label)} was given to its neighbours, {why}, "
-            f"as its face fails: {reasons[label]}"
+            f"as {'its face fails: ' + reasons[label] if label in reasons else _BESIDE}"
             for label in gone.tolist()
         )
+
+    def _at(self, regions: Collection[int]) -> set[int]:
+        """Some regions and those that share a border with one of them."""
+        sides = [{chain.left, chain.right} for chain in self.source.topology.chains]
+        return set(regions).union(*(pair for pair in sides if not pair.isdisjoint(regions))) - {-1}
 
     def _beside(self, regions: Collection[int]) -> tuple[Model, LabelledNet]:
         """The trimmed model and its borders, which are sides of the net beside some regions."""

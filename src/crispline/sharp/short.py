@@ -30,6 +30,11 @@ from crispline.surface.base import Array
 
 _REVERSED_LENGTH = 4.0
 """Corners farther apart than this in the net have not changed places by chance, in spacings."""
+_RAGGED = 2.0
+"""A chain that leads away from its start is one point though so much longer than one that may
+come back: along a chamfer that touches the wall beside it labels run on past their corner."""
+_AWAY = 0.5
+"""Share of its length by which it leads away."""
 _FAR = 4.0
 """Where a border leads to is seen so far from its corner, in spacings."""
 
@@ -84,7 +89,11 @@ def collapsible_chains(sites: Sites, options: LocateOptions) -> Iterator[int]:
         length = arc_length(sites.vertices[chain.vertices])[-1]
         is_one_point = np.linalg.norm(sites.across(index)) <= options.collapse_distance
         is_turned = is_backward(sites, index) and length < _REVERSED_LENGTH
-        is_spurious = length < options.collapse_length and (is_one_point or is_turned)
+        first, last = sites.vertices[chain.vertices[[0, -1]]]
+        is_away = np.linalg.norm(last - first) > _AWAY * length
+        is_short = length < options.collapse_length
+        is_ragged = is_away and length < _RAGGED * options.collapse_length
+        is_spurious = (is_one_point and (is_short or is_ragged)) or (is_turned and is_short)
         if is_spurious and loops_keep_two(sites.topology, index):
             yield index
 
