@@ -61,3 +61,16 @@ def test_a_ring_that_is_narrow_but_long_stays(sheet):
     regions = Segmentation(label, {0: "left", 1: "groove", 2: "right"}, True)
     assert without_narrow(regions, [1], graph, quads, options) is None
     assert without_narrow(regions, [1], graph, quads, OPTIONS) is not None
+
+
+def test_a_low_wall_elsewhere_stays(sheet):
+    """A step has a wall of a few patches, fewer than a region that seeds find."""
+    quads, graph, row, column = sheet
+    groove = (np.abs(row - 12) < 5) & (column >= 13) & (column < 19)
+    wall = (row < 4) & (np.abs(column - 24) < 1)
+    assert 0 < wall.sum() < OPTIONS.min_patches
+    label = np.where(wall, 3, np.where(groove, 1, np.where(column >= 16, 2, 0)))
+    fits = {0: "left", 1: "groove", 2: "right", 3: "wall"}
+    found = without_narrow(Segmentation(label, fits, True), [1], graph, quads, OPTIONS)
+    assert found.fits == {0: "left", 2: "right", 3: "wall"}
+    np.testing.assert_array_equal(found.label == 3, wall)

@@ -78,11 +78,21 @@ def _fewer(
     """The regions with labels of which some are gone; None if none is, or another falls apart."""
     if np.array_equal(label, regions.label):
         return None
-    label = tidy(label, quads, options.min_patches)
+    label = _tidied(label, regions, quads, options)
     if label.max() > regions.label.max():
         return None
     fits = {name: regions.fits[name] for name in np.unique(label).tolist()}
     return replace(regions, label=label, fits=fits)
+
+
+def _tidied(
+    label: Labels, regions: Segmentation, quads: HalfEdges, options: RegionOptions
+) -> Labels:
+    """New labels made tidy; walls of a few patches stay, where nothing has changed."""
+    changed = label != regions.label
+    touched = np.union1d(label[changed], regions.label[changed])
+    held = np.setdiff1d(label, touched).tolist()
+    return tidy(label, quads, options.min_patches, held)
 
 
 def moved_near(
@@ -111,7 +121,7 @@ def moved_near(
     near[cKDTree(graph.points).query(places)[1]] = True
     near = graph.rings(near, _NEAR_RINGS)
     label = np.where(np.isin(piece, piece[near]), moved, regions.label)
-    label = tidy(label, quads, options.min_patches)
+    label = _tidied(label, regions, quads, options)
     if np.array_equal(label, regions.label):
         return None
     has_all = np.array_equal(np.unique(label), np.unique(regions.label))
