@@ -114,3 +114,29 @@ def test_a_cylinder_that_has_become_flat_is_chosen_anew():
     points, normals = running_on(0, 0.0)
     wide = Cylinder(np.array([30.0, 0.0, -3000.0]), np.array([1.0, 0.0, 0.0]), 3000.0)
     assert refit(wide, points, normals, 0.1, FitOptions()) is None
+
+
+def test_a_few_points_of_another_face_make_no_free_form():
+    """A plane of 10 x 8 spacings, with seven points of what lies below it in its middle."""
+    rng = np.random.default_rng(7)
+    x, y = np.meshgrid(np.arange(10.0), np.arange(8.0))
+    points = np.column_stack([x.ravel(), y.ravel(), 0.16 * rng.normal(size=80)])
+    middle = np.argsort(np.hypot(points[:, 0] - 6.3, points[:, 1] - 3.7))[:7]
+    points[middle, 2] -= 0.75
+    normals = np.tile([0.0, 0.0, 1.0], (80, 1))
+    clearance = np.full(80, 1.5)
+    fit = choose_surface(points, normals, 0.16, FitOptions(), border_distance=clearance)
+    assert fit.surface.kind == "plane"
+    assert abs(fit.surface.normal[2]) > 0.999
+    assert fit.is_accepted
+
+
+def test_a_gentle_wave_stays_a_free_form():
+    rng = np.random.default_rng(7)
+    x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
+    bump = 1.5 * np.exp(-((x - 9.5) ** 2 + (y - 9.5) ** 2) / 12.0)
+    points = np.column_stack([x.ravel(), y.ravel(), bump.ravel() + 0.1 * rng.normal(size=400)])
+    normals = np.tile([0.0, 0.0, 1.0], (400, 1))
+    clearance = np.full(400, 1.5)
+    fit = choose_surface(points, normals, 0.1, FitOptions(), border_distance=clearance)
+    assert fit.surface.kind != "plane"
